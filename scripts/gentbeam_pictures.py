@@ -1,0 +1,114 @@
+"""What the plotting scripts' pictures have in common: style, names of quantities, and how they are saved."""
+
+import os
+
+import matplotlib
+
+matplotlib.use("Agg")  # before pyplot is loaded: a batch node has no display
+import matplotlib.pyplot as plt  # noqa: E402
+
+from gentbeam_results import ResultsError  # noqa: E402
+
+FORMATS = ("png", "pdf", "svg")
+MILLIMETRES = 1.0 / 25.4
+
+# Okabe and Ito's colours, told apart by every kind of colour vision; yellow is too faint for a line.
+COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
+# One dash pattern fewer than colours, so that their pairs repeat late.
+DASHES = ("-", (0, (6, 2)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.4)), (0, (10, 2, 3, 2)), (0, (3, 1.2)))
+
+STYLE = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 9,
+    "axes.linewidth": 0.6,
+    "axes.labelsize": 9,
+    "axes.titlesize": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.unicode_minus": True,
+    "axes.formatter.use_mathtext": True,
+    "axes.formatter.limits": (-4, 5),
+    "lines.linewidth": 1.0,
+    "lines.dash_capstyle": "butt",
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 3,
+    "ytick.major.size": 3,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,  # editable text
+    "svg.fonttype": "none",
+    "svg.hashsalt": "gentbeam",
+}
+
+SYMBOLS = {
+    "jm": "J_m",
+    "e": "E",
+    "nu": r"\nu",
+    "mu": r"\mu",
+    "rho": r"\rho",
+    "beta": r"\beta",
+    "l": "L",
+    "u1": "u_1",
+    "u3": "u_3",
+    "y1": "y_1",
+    "y3": "y_3",
+    "xi": r"\xi",
+    "v1": r"\dot{u}_1",
+    "v3": r"\dot{u}_3",
+    "a1": r"\ddot{u}_1",
+    "a3": r"\ddot{u}_3",
+}
+# From here on `jm` means a material without limit of its chains.
+UNLIMITED_JM = 1e15
+
+
+def symbol(name):
+    """A quantity's name in mathtext, without the dollars."""
+    if name.lower() in SYMBOLS:
+        return SYMBOLS[name.lower()]
+    return name if len(name) == 1 else r"\mathrm{%s}" % name.replace("_", r"\_")
+
+
+def escape(words):
+    """Words from a file, so that mathtext takes nothing in them for a formula."""
+    return words.replace("$", r"\$")
+
+
+def axis_label(quantity, unit):
+    return f"{quantity} ({escape(unit)})" if unit else quantity
+
+
+def add_picture_options(parser, size_help):
+    parser.add_argument("-o", "--output", metavar="FILE", help="the picture; its ending chooses the format")
+    parser.add_argument("--format", choices=FORMATS, help="the format where -o does not say (default: png)")
+    parser.add_argument("--size", nargs=2, type=float, metavar=("W", "H"), help=size_help)
+    parser.add_argument("--title", help="a title above the picture (default: none)")
+    parser.add_argument("--csv", metavar="FILE", help="also write the numbers drawn (- is standard output)")
+
+
+def picture_path(args, default_stem):
+    """Where the picture goes; an ending that is no picture format is refused before anything is drawn."""
+    path = args.output or f"{default_stem}.{args.format or FORMATS[0]}"
+    ending = os.path.splitext(path)[1][1:].lower()
+    if not ending:
+        path = f"{path}.{args.format or FORMATS[0]}"
+    elif ending not in FORMATS:
+        raise ResultsError(f"{path}: unknown picture format (there are: {', '.join(FORMATS)})")
+    elif args.format and args.format != ending:
+        raise ResultsError(f"{path}: --format {args.format} contradicts the file's ending")
+    if args.size and not all(10.0 <= length <= 2000.0 for length in args.size):
+        raise ResultsError("--size: width and height in millimetres, 10 to 2000")
+    return path
+
+
+def save_picture(figure, path):
+    """Saves without a date: the same numbers make the same file."""
+    undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
+    figure.savefig(path, metadata=undated.get(os.path.splitext(path)[1][1:].lower()))
+    plt.close(figure)
+    print(f"wrote {path}")

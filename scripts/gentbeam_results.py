@@ -1,0 +1,257 @@
+"""Reads gentbeam's results files, and holds what the plotting scripts share.
+
+    with open_results("cantilever.h5") as results:
+        group = results.group()                    # the first transient or static solution
+        history = group.history(group.probes[0])   # .time, .values, .unit, ...
+        mesh = results.mesh()                      # .x, .elements, .fixed, .thickness
+        time, u = group.displacements()            # (rows), (rows, nodes, fields)
+
+Whatever is wrong with a file is a ResultsError of one line that says what is there instead.
+"""
+
+import argparse
+import os
+import sys
+from dataclasses import dataclass
+from typing import Optional
+
+import h5py
+import numpy as np
+
+FORMAT = "gentbeam"
+FORMAT_VERSION = 1
+HISTORY_KINDS = ("transient", "static")
+FIELDS = ("u1", "u3", "y1", "y3", "xi")
+
+
+class ResultsError(Exception):
+    """A results file that cannot be used as asked; the text is for the user."""
+
+
+def text(value):
+    """An attribute as str, however the file stores its strings."""
+    if isinstance(value, np.ndarray):
+        value = value.reshape(-1)[0] if value.size else ""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def unit_of(dataset, otherwise=""):
+    unit = text(dataset.attrs.get("unit", otherwise)).strip()
+    return "" if unit in ("1", "-") else unit
+
+
+def open_results(path):
+    """The results file at `path`, to be used in a `with` statement."""
+    if not os.path.exists(path):
+        raise ResultsError(f"{path}: no such file")
+    if os.path.isdir(path):
+        raise ResultsError(f"{path}: is a folder")
+    if not os.access(path, os.R_OK):
+        raise ResultsError(f"{path}: no permission to read it")
+    if not h5py.is_hdf5(path):
+        raise ResultsError(f"{path}: not an HDF5 file")
+    try:
+        # The run may still be writing, and the file may lie on a disk that knows no locks.
+        file = h5py.File(path, "r", locking=False)
+    except OSError as error:
+        raise ResultsError(f"{path}: cannot be opened: {one_line(error)}") from error
+    try:
+        return Results(path, file)
+    except ResultsError:
+        file.close()
+        raise
+
+
+def one_line(error):
+    return " ".join(str(error).split())
+
+
+@dataclass
+class History:
+    """One value a step."""
+
+    time: np.ndarray
+    values: np.ndarray
+    time_unit: str
+    unit: str
+    field: str  # u1, u3, ... or empty where the file does not say
+
+
+@dataclass
+class Mesh:
+    x: np.ndarray  # reference X1 of every node
+    elements: list[np.ndarray]  # node numbers of every element
+    fixed: np.ndarray  # (nodes, 5), true where a field is fixed
+    thickness: Optional[np.ndarray]  # of every element; None where the file does not say
+    unit: str
+
+
+class Results:
+    def __init__(self, path, file):
+        self.path = path
+        self._file = file
+        attributes = file.attrs
+        if text(attributes.get("format", "")) != FORMAT:
+            raise ResultsError(f"{path}: not a gentbeam results file (no attribute format = {FORMAT})")
+        version = text(attributes.get("format_version", "missing"))
+        if version != str(FORMAT_VERSION):
+            raise ResultsError(f"{path}: format_version is {version}, this script reads {FORMAT_VERSION}")
+        self.status = text(attributes.get("status", "unknown"))
+        self.message = text(attributes.get("message", ""))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._file.close()
+
+    @property
+    def name(self):
+        """The file's name without folder and ending."""
+        return os.path.splitext(os.path.basename(self.path))[0]
+
+    @property
+    def units(self):
+        attributes = self._file["units"].attrs if "units" in self._file else {}
+        return {name: text(attributes.get(name, "")) for name in ("length", "force", "time")}
+
+    @property
+    def parameters(self):
+        """The deck's parameters as run: name (lower case) to value, as text."""
+        if "deck" not in self._file:
+            return {}
+        lines = text(self._file["deck"].attrs.get("parameters", "")).splitlines()
+        pairs = (line.split("=", 1) for line in lines if "=" in line)
+        return {name.strip().lower(): value.strip() for name, value in pairs}
+
+    @property
+    def groups(self):
+        """The solutions, in the order they were run."""
+        found = [
+            Group(self, name, item)
+            for name, item in self._file.items()
+            if isinstance(item, h5py.Group) and "kind" in item.attrs
+        ]
+        return sorted(found, key=lambda group: group.order)
+
+    def group(self, name=None):
+        """The solution of that name, or else the first that has a course in time or load."""
+        groups = self.groups
+        available = ", ".join(f"{group.name} ({group.kind})" for group in groups) or "none"
+        if name is not None:
+            for group in groups:
+                if group.name.lower() == name.lower():
+                    return group
+            raise ResultsError(f"{self.path}: no solution '{name}' (there are: {available})")
+        for group in groups:
+            if group.kind in HISTORY_KINDS:
+                return group
+        raise ResultsError(f"{self.path}: no transient or static solution (there are: {available})")
+
+    def mesh(self):
+        for name in ("mesh/x", "mesh/elements"):
+            if name not in self._file:
+                raise ResultsError(f"{self.path}: has no /{name}")
+        x = self._file["mesh/x"][()]
+        nodes = self._file["mesh/elements"][()]
+        fixed = (
+            self._file["mesh/fixed"][()] if "mesh/fixed" in self._file else np.zeros((len(x), len(FIELDS)))
+        )
+        thickness = self._file["mesh/thickness"][()] if "mesh/thickness" in self._file else None
+        elements = [row[row >= 0] for row in nodes]
+        elements.sort(key=lambda element: x[element].min())
+        if thickness is not None:
+            thickness = thickness[np.argsort([x[row[row >= 0]].min() for row in nodes], kind="stable")]
+        unit = unit_of(self._file["mesh/x"], self.units["length"])
+        return Mesh(x, elements, fixed.astype(bool), thickness, unit)
+
+
+class Group:
+    """One solution: a static, modal or transient group of the file."""
+
+    def __init__(self, results, name, item):
+        self.results = results
+        self.name = name
+        self._item = item
+        self.kind = text(item.attrs["kind"])
+        self.scheme = text(item.attrs.get("scheme", ""))
+        self.order = int(np.ravel(item.attrs.get("order", sys.maxsize))[0])
+
+    def _error(self, message):
+        return ResultsError(f"{self.results.path}: {message}")
+
+    @property
+    def probes(self):
+        return [name for name in self._item.get("probes", ()) if name != "time"]
+
+    @property
+    def progress_name(self):
+        return "Load factor" if self.kind == "static" else "Time"
+
+    @property
+    def progress_unit(self):
+        return "" if self.kind == "static" else self.results.units["time"]
+
+    def history(self, probe):
+        by_name = {name.lower(): name for name in self.probes}
+        if probe.lower() not in by_name:
+            available = ", ".join(self.probes) or "none"
+            raise self._error(f"no probe '{probe}' in {self.name} (there are: {available})")
+        if "time" not in self._item["probes"]:
+            raise self._error(f"{self.name}/probes has no time")
+        times = self._item["probes/time"]
+        values = self._item["probes"][by_name[probe.lower()]]
+        # A run that is still writing may have stored one of the two first.
+        rows = min(len(times), len(values))
+        if rows == 0:
+            raise self._error(f"the history of probe '{probe}' in {self.name} is empty")
+        return History(
+            times[:rows],
+            values[:rows],
+            unit_of(times, self.progress_unit),
+            unit_of(values),
+            probed_field(values),
+        )
+
+    def displacements(self):
+        """Times and fields of the stored rows."""
+        if "u" not in self._item or "time" not in self._item:
+            raise self._error(f"{self.name} stores no displacements")
+        rows = min(len(self._item["time"]), len(self._item["u"]))
+        if rows == 0:
+            raise self._error(f"{self.name} holds no rows")
+        return self._item["time"][:rows], self._item["u"][:rows]
+
+
+def probed_field(dataset):
+    """The field a probe follows: its attribute `field`, or the first word of its description."""
+    words = text(dataset.attrs.get("field", dataset.attrs.get("description", ""))).split()
+    word = words[0].strip(",;:").lower() if words else ""
+    known = FIELDS + ("v1", "v3", "a1", "a3")
+    return word if word in known else ""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that answers a mistake as the rest of the scripts do: one line, exit status 1."""
+
+    def error(self, message):
+        self.exit(1, f"{self.prog}: error: {message}\n")
+
+
+def warn(message):
+    print(f"{os.path.basename(sys.argv[0])}: warning: {message}", file=sys.stderr)
+
+
+def warn_if_incomplete(results):
+    if results.status != "complete":
+        because = f": {one_line(results.message)}" if results.message.strip() else ""
+        warn(f"{results.path}: the run's status is {results.status}{because}")
+
+
+def run_script(main):
+    """Runs a script's main; what is wrong with a file becomes one line and exit status 1."""
+    try:
+        main()
+    # Besides our own: what h5py raises on a damaged file, and the system on a picture it cannot write.
+    except (ResultsError, OSError, RuntimeError, KeyError) as error:
+        sys.exit(f"{os.path.basename(sys.argv[0])}: error: {one_line(error)}")

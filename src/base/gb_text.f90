@@ -1,0 +1,188 @@
+!> Small text helpers: case, numbers as people write them, and the nearest of a set of names.
+module gb_text
+    use gb_kinds, only: wp
+    implicit none
+    private
+
+    public :: lower_case, upper_case, to_text, exact_text, fixed_text, hexadecimal, edit_distance, nearest_name
+
+    character(1), parameter, public :: newline = achar(10)
+
+    !> The shortest plain text of a number: 10, 0.5, 1.35e-4.
+    interface to_text
+        module procedure integer_to_text, real_to_text
+    end interface to_text
+
+contains
+
+    pure function lower_case(text) result(lower)
+        character(*), intent(in) :: text
+        character(len(text)) :: lower
+        integer :: i, code
+
+        do i = 1, len(text)
+            code = iachar(text(i:i))
+            if (code >= iachar('A') .and. code <= iachar('Z')) code = code + 32
+            lower(i:i) = achar(code)
+        end do
+    end function lower_case
+
+    pure function upper_case(text) result(upper)
+        character(*), intent(in) :: text
+        character(len(text)) :: upper
+        integer :: i, code
+
+        do i = 1, len(text)
+            code = iachar(text(i:i))
+            if (code >= iachar('a') .and. code <= iachar('z')) code = code - 32
+            upper(i:i) = achar(code)
+        end do
+    end function upper_case
+
+    pure function integer_to_text(number) result(text)
+        integer, intent(in) :: number
+        character(:), allocatable :: text
+        character(24) :: buffer
+
+        write (buffer, '(i0)') number
+        text = trim(buffer)
+    end function integer_to_text
+
+    !> A real with `digits` significant digits (default 6), trailing zeros dropped, as %g of C writes it.
+    pure function real_to_text(number, digits) result(text)
+        real(wp), intent(in) :: number
+        integer, intent(in), optional :: digits
+        character(:), allocatable :: text
+        character(48) :: buffer, layout
+        character(:), allocatable :: mantissa
+        integer :: nd, exponent, mark, decimals
+
+        nd = 6
+        if (present(digits)) nd = max(1, min(17, digits))
+        if (.not. abs(number) <= huge(number)) then
+            write (buffer, *) number
+            text = trim(adjustl(buffer))
+            return
+        end if
+        write (layout, '("(es32.",i0,"e3)")') nd - 1
+        write (buffer, layout) number
+        buffer = adjustl(buffer)
+        mark = index(buffer, 'E')
+        read (buffer(mark + 1:), *) exponent
+        if (exponent >= -3 .and. exponent < max(nd, 6)) then
+            decimals = max(0, nd - 1 - exponent)
+            write (layout, '("(f40.",i0,")")') decimals
+            write (buffer, layout) number
+            text = without_zeros(trim(adjustl(buffer)))
+            if (text(1:1) == '.') text = '0' // text
+            if (len(text) > 1) then
+                if (text(1:2) == '-.') text = '-0' // text(2:)
+            end if
+        else
+            mantissa = without_zeros(buffer(:mark - 1))
+            text = mantissa // 'e' // integer_to_text(exponent)
+        end if
+    end function real_to_text
+
+    !> The shortest plain text that reads back as the same number.
+    pure function exact_text(number) result(text)
+        real(wp), intent(in) :: number
+        character(:), allocatable :: text
+        character(48) :: buffer
+        real(wp) :: again
+        integer :: digits, status
+
+        do digits = 15, 17
+            text = to_text(number, digits)
+            buffer = text
+            read (buffer, *, iostat=status) again
+            if (status == 0 .and. .not. abs(again - number) > 0.0_wp) return
+        end do
+    end function exact_text
+
+    pure function without_zeros(digits) result(short)
+        character(*), intent(in) :: digits
+        character(:), allocatable :: short
+        integer :: last
+
+        last = len(digits)
+        if (index(digits, '.') > 0) then
+            do while (digits(last:last) == '0')
+                last = last - 1
+            end do
+            if (digits(last:last) == '.') last = last - 1
+        end if
+        short = digits(:last)
+        if (len(short) == 0 .or. short == '-') short = '0'
+    end function without_zeros
+
+    !> A real in a field of given width and decimals, for tables in the log.
+    pure function fixed_text(number, width, decimals) result(text)
+        real(wp), intent(in) :: number
+        integer, intent(in) :: width, decimals
+        character(width) :: text
+        character(16) :: layout
+
+        write (layout, '("(f",i0,".",i0,")")') width, decimals
+        write (text, layout) number
+    end function fixed_text
+
+    !> A byte as people write it in hexadecimal: 0x1F.
+    pure function hexadecimal(byte) result(text)
+        character(1), intent(in) :: byte
+        character(4) :: text
+
+        write (text, '("0x",z2.2)') ichar(byte)
+    end function hexadecimal
+
+    !> Edits (insert, delete, replace, swap two neighbours) that turn one name into the other (Damerau-Levenshtein).
+    pure function edit_distance(from, into) result(distance)
+        character(*), intent(in) :: from, into
+        integer :: distance
+        integer :: cost(0:len(from), 0:len(into))
+        integer :: i, j, change
+
+        do i = 0, len(from)
+            cost(i, 0) = i
+        end do
+        do j = 0, len(into)
+            cost(0, j) = j
+        end do
+        do j = 1, len(into)
+            do i = 1, len(from)
+                change = merge(0, 1, from(i:i) == into(j:j))
+                cost(i, j) = min(cost(i - 1, j) + 1, cost(i, j - 1) + 1, cost(i - 1, j - 1) + change)
+                if (i > 1 .and. j > 1) then
+                    if (from(i:i) == into(j - 1:j - 1) .and. from(i - 1:i - 1) == into(j:j)) then
+                        cost(i, j) = min(cost(i, j), cost(i - 2, j - 2) + 1)
+                    end if
+                end if
+            end do
+        end do
+        distance = cost(len(from), len(into))
+    end function edit_distance
+
+    !> The candidate a user most likely meant, or an empty text when none is near: at most a third of the longer
+    !> name may differ. Names longer than 64 characters are no misspelling.
+    pure function nearest_name(name, candidates) result(nearest)
+        character(*), intent(in) :: name
+        character(*), intent(in) :: candidates(:)
+        character(:), allocatable :: nearest
+        character(:), allocatable :: wanted, candidate
+        integer :: i, distance, best
+
+        nearest = ''
+        if (len_trim(name) == 0 .or. len_trim(name) > 64) return
+        wanted = trim(lower_case(name))
+        best = huge(best)
+        do i = 1, size(candidates)
+            candidate = trim(lower_case(candidates(i)))
+            distance = edit_distance(wanted, candidate)
+            if (3*distance <= max(len(wanted), len(candidate)) .and. distance < best) then
+                best = distance
+                nearest = trim(candidates(i))
+            end if
+        end do
+    end function nearest_name
+
+end module gb_text

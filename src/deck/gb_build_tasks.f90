@@ -1,0 +1,252 @@
+!> What is asked about the model: probes, output and the solution commands of the deck.
+module gb_build_tasks
+    use gb_command, only: command_t
+    use gb_diagnostics, only: diagnostics_t, quoted
+    use gb_draft, only: draft_t, resize, space_probe, space_task
+    use gb_fields, only: n_fields, field_names
+    use gb_kinds, only: wp
+    use gb_names, only: is_name
+    use gb_parser, only: name_rule
+    use gb_problem, only: probe_t, task_t, task_static, task_modal, task_transient, quantity_displacement, &
+        quantity_velocity, quantity_acceleration
+    use gb_section, only: inertia_translational
+    use gb_text, only: lower_case, to_text
+    implicit none
+    private
+
+    public :: build_probe, build_output, build_task
+
+    !> Groups of the results file that no command may take for its own.
+    character(6), parameter :: reserved_names(6) = [character(6) :: 'deck', 'units', 'mesh', 'sweep', 'tuning', &
+        'vtkhdf']
+    real(wp), parameter :: most_steps = 1.0e9_wp
+
+contains
+
+    subroutine build_probe(command, draft, diagnostics)
+        type(command_t), intent(in) :: command
+        type(draft_t), intent(inout) :: draft
+        type(diagnostics_t), intent(inout) :: diagnostics
+        type(probe_t) :: probe
+        integer :: number, i
+
+        call draft%define(space_probe, command, diagnostics, number)
+        if (number == 0) return
+        probe%name = command%name
+        if (command%sound) then
+            probe%x = command%number('x')
+            select case (command%words(1)(1:1))
+            case ('v')
+                probe%quantity = quantity_velocity
+            case ('a')
+                probe%quantity = quantity_acceleration
+            case default
+                probe%quantity = quantity_displacement
+            end select
+            do i = 1, n_fields
+                if (command%words(1) == field_names(i)) probe%field = i
+                ! v3 and a3 belong to u3.
+                if (probe%quantity /= quantity_displacement .and. 'u' // command%words(1)(2:2) == field_names(i)) &
+                    probe%field = i
+            end do
+            call draft%add_place(command%place('x'), probe%x, at_node=.false.)
+        end if
+        call resize(draft%problem%probes, number)
+        draft%problem%probes(number) = probe
+    end subroutine build_probe
+
+    subroutine build_output(command, draft, diagnostics)
+        type(command_t), intent(in) :: command
+        type(draft_t), intent(inout) :: draft
+        type(diagnostics_t), intent(inout) :: diagnostics
+        character(:), allocatable :: file
+
+        if (.not. command%sound) return
+        associate (output => draft%problem%output)
+            if (command%given('file')) then
+                file = command%text('file')
+                if (len(file) > 3) then
+                    if (lower_case(file(len(file) - 2:)) == '.h5') file = file(:len(file) - 3)
+                end if
+                if (len_trim(file) == 0 .or. index(file, '/', back=.true.) == len(file)) then
+                    call diagnostics%add(command%place('file'), 'the name of the results file is empty')
+                    return
+                end if
+                output%file = file
+            end if
+            output%every = command%whole('every')
+            associate (words => command%values(command%value_of('fields')))
+                output%u = any(words%words == 'u')
+                output%v = any(words%words == 'v')
+                output%a = any(words%words == 'a')
+                if (size(words%words) > 1 .and. any(words%words == 'none')) &
+                    call diagnostics%add(words%at, "'none' stands alone")
+            end associate
+        end associate
+    end subroutine build_output
+
+    !> STATIC, MODAL and TRANSIENT.
+    subroutine build_task(command, draft, diagnostics)
+        type(command_t), intent(inout) :: command
+        type(draft_t), intent(inout) :: draft
+        type(diagnostics_t), intent(inout) :: diagnostics
+        type(task_t) :: task
+        integer :: number
+
+        call find_name(command, draft, diagnostics)
+        if (command%sound) then
+            select case (command%title)
+            case ('STATIC')
+                call read_static(command, draft, task, diagnostics)
+            case ('MODAL')
+                call read_modal(command, draft, task, diagnostics)
+            case default
+                call read_transient(command, task, diagnostics)
+            end select
+        end if
+        call draft%define(space_task, command, diagnostics, number)
+        if (number == 0) return
+        call resize(draft%problem%tasks, number)
+        task%name = command%name
+        draft%problem%tasks(number) = task
+    end subroutine build_task
+
+    !> The name of the command's results: the given one, or the default with the first number that is free.
+    subroutine find_name(command, draft, diagnostics)
+        type(command_t), intent(inout) :: command
+        type(draft_t), intent(inout) :: draft
+        type(diagnostics_t), intent(inout) :: diagnostics
+        character(:), allocatable :: default
+        integer :: kind
+
+        command%name_at = command%place('name')
+        if (command%given('name')) then
+            command%name = command%text('name')
+            if (len(command%name) == 0) return
+            if (.not. is_name(command%name, hyphens=.true.)) then
+                call diagnostics%add(command%name_at, quoted(command%name) // ' is not a name', hint=name_rule)
+                command%sound = .false.
+            else if (any(reserved_names == lower_case(command%name))) then
+                call diagnostics%add(command%name_at, quoted(command%name) // &
+                                     ' is a name of the results file itself: choose another')
+                command%sound = .false.
+            end if
+            return
+        end if
+        default = command%text('name')
+        kind = findloc([character(9) :: 'static', 'modal', 'transient'], default, dim=1)
+        do
+            draft%repeats(kind) = draft%repeats(kind) + 1
+            command%name = default
+            if (draft%repeats(kind) > 1) command%name = default // '_' // to_text(draft%repeats(kind))
+            if (draft%names(space_task)%find(command%name) == 0) exit
+        end do
+    end subroutine find_name
+
+    subroutine read_static(command, draft, task, diagnostics)
+        type(command_t), intent(inout) :: command
+        type(draft_t), intent(in) :: draft
+        type(task_t), intent(inout) :: task
+        type(diagnostics_t), intent(inout) :: diagnostics
+
+        task%kind = task_static
+        task%steps = command%whole('steps')
+        task%load = command%number('load')
+        call read_newton(command, task)
+        if (len(draft%loose) == 0) return
+        call diagnostics%add(command%at, 'STATIC needs supports that hold the beam: ' // draft%loose)
+        command%sound = .false.
+    end subroutine read_static
+
+    subroutine read_modal(command, draft, task, diagnostics)
+        type(command_t), intent(inout) :: command
+        type(draft_t), intent(in) :: draft
+        type(task_t), intent(inout) :: task
+        type(diagnostics_t), intent(inout) :: diagnostics
+        integer :: free
+
+        task%kind = task_modal
+        task%count = command%whole('count')
+        if (.not. draft%has_mesh) return
+        free = count_moving(draft)
+        if (task%count <= free) return
+        call diagnostics%add(command%place('count'), "'count' is " // to_text(task%count) // &
+                             ', and the model has no more than ' // to_text(free) // ' modes')
+        command%sound = .false.
+    end subroutine read_modal
+
+    !> Fields that are free and carry mass: so many modes there are.
+    integer function count_moving(draft) result(n)
+        type(draft_t), intent(in) :: draft
+        logical, allocatable :: fixed(:, :), massive(:)
+        integer :: e, first
+
+        associate (model => draft%problem%model)
+            allocate (fixed, source=model%fixed_fields())
+            allocate (massive(model%mesh%n_nodes()))
+            massive = .false.
+            do e = 1, model%mesh%n_elements()
+                if (model%sections(model%mesh%section(e))%inertia == inertia_translational) cycle
+                first = model%mesh%first_node(e)
+                massive(first:first + model%mesh%nodes(e) - 1) = .true.
+            end do
+        end associate
+        n = count(.not. fixed(1:2, :)) + count(.not. fixed(3:5, :) .and. spread(massive, 1, 3))
+    end function count_moving
+
+    subroutine read_transient(command, task, diagnostics)
+        type(command_t), intent(inout) :: command
+        type(task_t), intent(inout) :: task
+        type(diagnostics_t), intent(inout) :: diagnostics
+
+        task%kind = task_transient
+        task%scheme = trim(command%title(11:))
+        task%end_time = command%number('end')
+        if (command%given('step')) task%step = command%number('step')
+        if (command%given('accuracy')) task%accuracy = command%number('accuracy')
+        call read_newton(command, task)
+        select case (task%scheme)
+        case ('newmark')
+            task%beta = command%number('beta')
+            task%gamma = command%number('gamma')
+        case ('hht')
+            task%alpha = command%number('alpha')
+        case ('generalized', 'bathe')
+            task%rho = command%number('rho')
+        end select
+        call check_step(command, task, diagnostics)
+    end subroutine read_transient
+
+    subroutine check_step(command, task, diagnostics)
+        type(command_t), intent(inout) :: command
+        type(task_t), intent(in) :: task
+        type(diagnostics_t), intent(inout) :: diagnostics
+        real(wp), parameter :: rounding = 1.0e-9_wp
+
+        if (command%given('step') .and. command%given('accuracy')) then
+            call diagnostics%add(command%values(command%value_of('accuracy'))%key_at, &
+                                 "'step' and 'accuracy' exclude each other")
+        else if (command%given('accuracy')) then
+            return
+        else if (task%step > task%end_time*(1.0_wp + rounding)) then
+            call diagnostics%add(command%place('step'), "'step' is " // to_text(task%step, 12) // ", beyond 'end', " // &
+                                 to_text(task%end_time, 12))
+        else if (task%step < task%end_time/most_steps) then
+            call diagnostics%add(command%place('step'), 'more than ' // to_text(most_steps) // &
+                                 " steps from here to 'end'")
+        else
+            return
+        end if
+        command%sound = .false.
+    end subroutine check_step
+
+    subroutine read_newton(command, task)
+        type(command_t), intent(in) :: command
+        type(task_t), intent(inout) :: task
+
+        task%tolerance = command%number('tolerance')
+        task%iterations = command%whole('iterations')
+        task%cuts = command%whole('cuts')
+    end subroutine read_newton
+
+end module gb_build_tasks

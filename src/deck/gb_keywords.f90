@@ -1,0 +1,207 @@
+!> The deck reference, written from the keyword table: as plain text for `--keywords`, as Markdown for docs/deck.md.
+module gb_keywords
+    use gb_commands, only: command_table
+    use gb_schema, only: schema_t, form_t, key_t, split_words, kind_real, kind_integer, kind_reals, kind_text, &
+        kind_choice, kind_choices, kind_name, kind_names, kind_formula, max_keyword
+    use gb_values, only: join_words
+    implicit none
+    private
+
+    public :: print_keywords
+
+contains
+
+    !> Write the reference to an open unit.
+    subroutine print_keywords(unit, markdown)
+        integer, intent(in) :: unit
+        logical, intent(in) :: markdown
+        type(schema_t) :: table
+        integer :: i
+
+        table = command_table()
+        if (.not. markdown) then
+            write (unit, '(a)') 'Commands of the deck. A key marked * is required; of those marked + one at least;'
+            write (unit, '(a)') 'defaults stand in parentheses.'
+        end if
+        do i = 1, table%n_forms
+            if (markdown) then
+                call print_section(unit, table, i)
+            else
+                call print_form(unit, table, i)
+            end if
+        end do
+    end subroutine print_keywords
+
+    subroutine print_form(unit, table, form)
+        integer, intent(in) :: unit
+        type(schema_t), intent(in) :: table
+        integer, intent(in) :: form
+        integer :: i
+
+        write (unit, '(/,a)') usage(table%forms(form))
+        write (unit, '(4x,a)') trim(table%forms(form)%description) // pending(table%forms(form)%available)
+        do i = table%forms(form)%first_key, table%forms(form)%last_key
+            if (first_form_with(table, form, i) == form) write (unit, '(4x,a,1x,a)') label(table%keys(i)), &
+                remark(table%keys(i))
+        end do
+        if (len(shared_keys(table, form, '')) > 0) write (unit, '(4x,a)') shared_keys(table, form, '')
+    end subroutine print_form
+
+    subroutine print_section(unit, table, form)
+        integer, intent(in) :: unit
+        type(schema_t), intent(in) :: table
+        integer, intent(in) :: form
+        integer :: i
+
+        write (unit, '(a,/)') '### `' // usage(table%forms(form)) // '`'
+        write (unit, '(a,/)') trim(table%forms(form)%description) // pending(table%forms(form)%available)
+        if (table%forms(form)%last_key < table%forms(form)%first_key) return
+        if (any([(first_form_with(table, form, i) == form, i=table%forms(form)%first_key, &
+                  table%forms(form)%last_key)])) then
+            write (unit, '(a)') '| key | default | takes | meaning |'
+            write (unit, '(a)') '|---|---|---|---|'
+        end if
+        do i = table%forms(form)%first_key, table%forms(form)%last_key
+            if (first_form_with(table, form, i) /= form) cycle
+            associate (key => table%keys(i))
+                write (unit, '(a)') '| `' // trim(key%name) // '` | ' // default_text(key) // ' | ' // takes(key) // &
+                    ' | ' // trim(key%description) // waiting(key) // ' |'
+            end associate
+        end do
+        write (unit, '(a)') ''
+        if (len(shared_keys(table, form, '`')) > 0) write (unit, '(a,/)') shared_keys(table, form, '`')
+    end subroutine print_section
+
+    !> The first form of the same command whose key is the same in every respect, if there are many such: then the
+    !> key is not described again. Else the form itself.
+    pure integer function first_form_with(table, form, key) result(first)
+        type(schema_t), intent(in) :: table
+        integer, intent(in) :: form, key
+        integer :: same
+
+        do first = 1, form - 1
+            if (table%forms(first)%command == table%forms(form)%command) exit
+        end do
+        if (first == form) return
+        same = table%find_key(first, table%keys(key)%name)
+        if (same > 0) then
+            if (table%keys(same)%description == table%keys(key)%description .and. &
+                table%keys(same)%default == table%keys(key)%default) return
+        end if
+        first = form
+    end function first_form_with
+
+    !> The keys a form shares with the first form of its command, in a sentence; empty if there are none.
+    pure function shared_keys(table, form, quote) result(sentence)
+        type(schema_t), intent(in) :: table
+        integer, intent(in) :: form
+        character(*), intent(in) :: quote
+        character(:), allocatable :: sentence
+        integer :: i, first
+
+        sentence = ''
+        first = form
+        do i = table%forms(form)%first_key, table%forms(form)%last_key
+            if (first_form_with(table, form, i) == form) cycle
+            first = first_form_with(table, form, i)
+            if (len(sentence) > 0) sentence = sentence // ', '
+            sentence = sentence // quote // trim(table%keys(i)%name) // quote
+        end do
+        if (first < form) sentence = 'As in ' // table%title(first) // ': ' // sentence // '.'
+    end function shared_keys
+
+    !> The command with its words, as it is typed.
+    pure function usage(form) result(line)
+        type(form_t), intent(in) :: form
+        character(:), allocatable :: line
+
+        line = trim(form%command)
+        if (form%named) line = line // ' name'
+        if (form%variant /= '') line = line // ' ' // trim(form%variant)
+        if (form%most_words == 1) line = line // ' field'
+        if (form%most_words > 1) line = line // ' field ...'
+        if (form%open) line = line // ' name=value ...'
+        if (form%command == 'GENTBEAM') line = line // ' title'
+    end function usage
+
+    pure function pending(available) result(words)
+        logical, intent(in) :: available
+        character(:), allocatable :: words
+
+        words = ''
+        if (.not. available) words = ' Not available yet.'
+    end function pending
+
+    !> Name and mark of a key, in a column.
+    pure function label(key) result(column)
+        type(key_t), intent(in) :: key
+        character(max_keyword + 1) :: column
+
+        column = trim(key%name)
+        if (key%required) column = trim(column) // '*'
+        if (key%one_of) column = trim(column) // '+'
+    end function label
+
+    pure function remark(key) result(line)
+        type(key_t), intent(in) :: key
+        character(:), allocatable :: line
+
+        line = trim(key%description) // '; ' // takes(key)
+        if (key%default /= '') line = line // ' (' // trim(key%default) // ')'
+        line = line // waiting(key)
+    end function remark
+
+    pure function waiting(key) result(words)
+        type(key_t), intent(in) :: key
+        character(:), allocatable :: words
+
+        words = ''
+        if (.not. key%available) then
+            words = '; not available yet'
+        else if (key%coming /= '') then
+            words = '; not available yet: ' // join_words(split_words(key%coming), 'and')
+        end if
+    end function waiting
+
+    pure function default_text(key) result(words)
+        type(key_t), intent(in) :: key
+        character(:), allocatable :: words
+
+        if (key%required) then
+            words = 'required'
+        else if (key%one_of) then
+            words = 'one of these'
+        else
+            words = trim(key%default)
+        end if
+    end function default_text
+
+    !> What kind of value a key takes, and in which range.
+    pure function takes(key) result(words)
+        type(key_t), intent(in) :: key
+        character(:), allocatable :: words
+
+        select case (key%kind)
+        case (kind_real)
+            words = 'a number'
+        case (kind_integer)
+            words = 'a whole number'
+        case (kind_reals)
+            words = 'a list of numbers'
+        case (kind_text)
+            words = 'a text'
+        case (kind_choice)
+            words = join_words(split_words(key%choices), 'or')
+        case (kind_choices)
+            words = 'one or a list of ' // join_words(split_words(key%choices), 'and')
+        case (kind_names)
+            words = 'a name or a list of names'
+        case (kind_name)
+            words = 'a name'
+        case (kind_formula)
+            words = 'an expression of ' // key%variable
+        end select
+        if (len(key%range%words()) > 0) words = words // ' ' // key%range%words()
+    end function takes
+
+end module gb_keywords

@@ -1,0 +1,169 @@
+!> The command line: options as docs/results.md lists them.
+module gb_command_line
+    use gb_error, only: error_t, raise, status_input
+    use gb_text, only: nearest_name, newline
+    use gb_log, only: log_quiet, log_normal, log_verbose
+    use gb_deck, only: override_t
+    implicit none
+    private
+
+    type, public :: options_t
+        character(:), allocatable :: deck           !! path; empty for standard input
+        character(:), allocatable :: output         !! replaces OUTPUT file=; empty where not given
+        type(override_t), allocatable :: overrides(:)
+        logical :: check_only = .false.
+        logical :: show_keywords = .false., as_markdown = .false.
+        logical :: show_version = .false.
+        logical :: show_help = .false.
+        integer :: threads = 1
+        integer :: log_level = log_normal
+    end type options_t
+
+    character(10), parameter :: option_names(14) = [character(10) :: '--output', '--set', '--check', '--restart', '--threads', &
+        '--shard', '--merge', '--max-time', '--quiet', '--verbose', '--keywords', '--markdown', '--version', '--help']
+
+    public :: read_command_line, help_text
+
+contains
+
+    !> Read the program's arguments.
+    subroutine read_command_line(options, error)
+        type(options_t), intent(out) :: options
+        type(error_t), allocatable, intent(out) :: error
+        character(:), allocatable :: word, name, value
+        logical :: has_value
+        integer :: i, mark
+
+        options%deck = ''
+        options%output = ''
+        allocate (options%overrides(0))
+        i = 1
+        do while (i <= command_argument_count())
+            word = argument(i)
+            name = word
+            value = ''
+            has_value = .false.
+            mark = index(word, '=')
+            if (len(word) > 2 .and. mark > 0) then
+                if (word(1:2) == '--') then
+                    name = word(:mark - 1)
+                    value = word(mark + 1:)
+                    has_value = .true.
+                end if
+            end if
+            select case (name)
+            case ('-o', '--output', '--set', '--threads')
+                if (.not. has_value) then
+                    i = i + 1
+                    if (i > command_argument_count()) then
+                        call raise(error, status_input, 'option ' // name // ' needs a value')
+                        return
+                    end if
+                    value = argument(i)
+                end if
+                call take_value(options, name, value, error)
+            case ('--check')
+                options%check_only = .true.
+            case ('--keywords')
+                options%show_keywords = .true.
+            case ('--markdown')
+                options%as_markdown = .true.
+            case ('--version')
+                options%show_version = .true.
+            case ('-h', '--help')
+                options%show_help = .true.
+            case ('-q', '--quiet')
+                options%log_level = log_quiet
+            case ('-v', '--verbose')
+                options%log_level = log_verbose
+            case ('--restart', '--shard', '--merge', '--max-time')
+                call raise(error, status_input, 'option ' // name // ' is not available yet')
+            case default
+                call take_deck(options, word, error)
+            end select
+            if (allocated(error)) return
+            i = i + 1
+        end do
+    end subroutine read_command_line
+
+    function argument(number) result(word)
+        integer, intent(in) :: number
+        character(:), allocatable :: word
+        integer :: length
+
+        call get_command_argument(number, length=length)
+        allocate (character(length) :: word)
+        call get_command_argument(number, word)
+    end function argument
+
+    subroutine take_value(options, name, value, error)
+        type(options_t), intent(inout) :: options
+        character(*), intent(in) :: name, value
+        type(error_t), allocatable, intent(out) :: error
+        integer :: mark, info
+
+        select case (name)
+        case ('-o', '--output')
+            options%output = without_ending(value)
+            if (len(options%output) == 0) call raise(error, status_input, 'option ' // name // ' needs a file name')
+        case ('--set')
+            mark = index(value, '=')
+            if (mark < 2 .or. mark == len(value)) then
+                call raise(error, status_input, 'option --set needs name=value, not ''' // value // '''')
+                return
+            end if
+            options%overrides = [options%overrides, override_t(trim(adjustl(value(:mark - 1))), value(mark + 1:))]
+        case ('--threads')
+            read (value, *, iostat=info) options%threads
+            if (info /= 0 .or. verify(value, '0123456789') > 0 .or. options%threads < 1) then
+                call raise(error, status_input, 'option --threads needs a whole number of at least 1, not ''' // value // '''')
+            end if
+        end select
+    end subroutine take_value
+
+    !> Results go to NAME.h5; who writes the ending means the same.
+    pure function without_ending(value) result(name)
+        character(*), intent(in) :: value
+        character(:), allocatable :: name
+
+        name = value
+        if (len(value) > 3) then
+            if (value(len(value) - 2:) == '.h5') name = value(:len(value) - 3)
+        end if
+    end function without_ending
+
+    subroutine take_deck(options, word, error)
+        type(options_t), intent(inout) :: options
+        character(*), intent(in) :: word
+        type(error_t), allocatable, intent(out) :: error
+        character(:), allocatable :: hint
+
+        if (len(word) == 0) then
+            call raise(error, status_input, 'the name of the deck is empty')
+        else if (word(1:1) == '-' .and. len(word) > 1) then
+            hint = nearest_name(word, option_names)
+            if (len(hint) > 0) hint = newline // '    did you mean ''' // hint // '''?'
+            call raise(error, status_input, 'unknown option ''' // word // '''' // hint)
+        else if (len(options%deck) > 0) then
+            call raise(error, status_input, 'one deck at a time, not ''' // options%deck // ''' and ''' // word // '''')
+        else if (word /= '-') then
+            options%deck = word
+        end if
+    end subroutine take_deck
+
+    pure function help_text() result(text)
+        character(:), allocatable :: text
+
+        text = 'usage: gentbeam [options] [deck]            without a deck: standard input' // newline // newline // &
+               '  -o, --output NAME   results go to NAME.h5 (replaces OUTPUT file=)' // newline // &
+               '  --set name=value    replace a PARAMETER''s value (repeatable)' // newline // &
+               '  --check             read and check the deck, print the model''s summary, run nothing' // newline // &
+               '  --threads N         threads for SWEEP members' // newline // &
+               '  -q, --quiet         print less' // newline // &
+               '  -v, --verbose       print every Newton iteration' // newline // &
+               '  --keywords          print the deck reference (--markdown: as Markdown)' // newline // &
+               '  --version, --help' // newline // newline // &
+               'exit status: 0 done, 1 deck or command line wrong, 2 solution failed, 3 file trouble'
+    end function help_text
+
+end module gb_command_line

@@ -1,0 +1,291 @@
+!> Watches a solution: what a method tells goes to the results file, the log and the progress bar.
+module gb_monitor
+    use gb_kinds, only: wp, pi
+    use gb_error, only: error_t
+    use gb_text, only: to_text
+    use gb_fields, only: dof_index
+    use gb_mesh, only: mesh_t, max_element_nodes
+    use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, quantity_displacement, &
+        quantity_velocity
+    use gb_state, only: state_t
+    use gb_recorder, only: recorder_t, step_record_t
+    use gb_shape, only: lagrange
+    use gb_log, only: log_t
+    use gb_results, only: results_t
+    implicit none
+    private
+
+    !> Where a probe stands: the unknowns it depends on and their weights.
+    type :: sensor_t
+        integer :: nodes = 0
+        integer :: unknown(max_element_nodes) = 0
+        real(wp) :: weight(max_element_nodes) = 0.0_wp
+    end type sensor_t
+
+    !> Largest and smallest values of a probe during a command, and when.
+    type :: extremes_t
+        real(wp) :: largest = -huge(1.0_wp), smallest = huge(1.0_wp)
+        real(wp) :: when_largest = 0.0_wp, when_smallest = 0.0_wp
+    end type extremes_t
+
+    type, extends(recorder_t), public :: monitor_t
+        type(log_t) :: log
+        type(results_t) :: results
+        type(probe_t), allocatable :: probes(:)
+        type(sensor_t), allocatable :: sensors(:)
+        type(extremes_t), allocatable :: extremes(:)
+        type(task_t) :: task
+        type(step_record_t) :: first, last
+        integer :: iterations = 0, cuts = 0         !! of the running command
+        real(wp) :: largest_energy = 0.0_wp
+        real(wp) :: next_line = 0.0_wp              !! progress at which the log gets its next line
+    contains
+        procedure :: open => open_monitor
+        procedure :: begin_task
+        procedure :: record_step
+        procedure :: record_modes
+        procedure :: end_task
+        procedure :: note
+    end type monitor_t
+
+    !> The log of a command has about so many lines, whatever the number of steps.
+    integer, parameter :: lines_a_command = 10
+    integer, parameter :: shown_probes = 4
+
+contains
+
+    !> Open the results file and place the probes.
+    subroutine open_monitor(self, problem, log_level, error)
+        class(monitor_t), intent(inout) :: self
+        type(problem_t), intent(in) :: problem
+        integer, intent(in) :: log_level
+        type(error_t), allocatable, intent(out) :: error
+        integer :: i
+
+        self%log%level = log_level
+        self%probes = problem%probes
+        allocate (self%extremes(size(self%probes)))
+        self%sensors = [(place_sensor(problem%model%mesh, self%probes(i)), i=1, size(self%probes))]
+        call self%results%open(problem, error)
+    end subroutine open_monitor
+
+    !> Interpolate a probe in the element that holds it.
+    pure function place_sensor(mesh, probe) result(sensor)
+        type(mesh_t), intent(in) :: mesh
+        type(probe_t), intent(in) :: probe
+        type(sensor_t) :: sensor
+        real(wp) :: slopes(max_element_nodes), s
+        integer :: e, i
+
+        e = mesh%element_at(probe%x)
+        sensor%nodes = mesh%nodes(e)
+        s = 2.0_wp*(probe%x - mesh%x(mesh%first_node(e)))/mesh%element_length(e) - 1.0_wp
+        call lagrange(min(1.0_wp, max(-1.0_wp, s)), sensor%weight(:sensor%nodes), slopes(:sensor%nodes))
+        sensor%unknown(:sensor%nodes) = [(dof_index(probe%field, mesh%first_node(e) + i - 1), i=1, sensor%nodes)]
+    end function place_sensor
+
+    pure real(wp) function reading(sensor, probe, state)
+        type(sensor_t), intent(in) :: sensor
+        type(probe_t), intent(in) :: probe
+        type(state_t), intent(in) :: state
+
+        associate (unknown => sensor%unknown(:sensor%nodes), weight => sensor%weight(:sensor%nodes))
+            select case (probe%quantity)
+            case (quantity_displacement)
+                reading = dot_product(weight, state%u(unknown))
+            case (quantity_velocity)
+                reading = dot_product(weight, state%v(unknown))
+            case default
+                reading = dot_product(weight, state%a(unknown))
+            end select
+        end associate
+    end function reading
+
+    subroutine begin_task(self, task, error)
+        class(monitor_t), intent(inout) :: self
+        type(task_t), intent(in) :: task
+        type(error_t), allocatable, intent(out) :: error
+
+        self%task = task
+        self%iterations = 0
+        self%cuts = 0
+        self%next_line = 0.0_wp
+        self%largest_energy = 0.0_wp
+        self%extremes = extremes_t()
+        call self%results%begin_task(task, self%probes, error)
+        if (allocated(error)) return
+        call self%log%line('')
+        call self%log%line(task_heading(task))
+        if (task%kind /= task_modal) call self%log%line(column_heading(self))
+        call self%log%start_bar()
+    end subroutine begin_task
+
+    function task_heading(task) result(text)
+        type(task_t), intent(in) :: task
+        character(:), allocatable :: text
+
+        select case (task%kind)
+        case (task_static)
+            text = task%name // ': static, ' // to_text(task%steps) // ' steps to load ' // to_text(task%load)
+        case (task_modal)
+            text = task%name // ': ' // to_text(task%count) // ' natural modes about the current state'
+        case default
+            text = task%name // ': ' // task%scheme // ', step ' // to_text(task%step) // ' to time ' // to_text(task%end_time)
+        end select
+    end function task_heading
+
+    function column_heading(self) result(text)
+        class(monitor_t), intent(in) :: self
+        character(:), allocatable :: text
+        integer :: i
+
+        text = '    step  ' // padded(trim(merge('load', 'time', self%task%kind == task_static)), 13) // '  Newton'
+        do i = 1, min(shown_probes, size(self%probes))
+            text = text // padded(self%probes(i)%name, 14)
+        end do
+    end function column_heading
+
+    !> Right-aligned, a name too long is cut.
+    pure function padded(text, width) result(field)
+        character(*), intent(in) :: text
+        integer, intent(in) :: width
+        character(width) :: field
+
+        if (len(text) >= width) then
+            field = ' ' // text(:width - 1)
+        else
+            field = repeat(' ', width - len(text)) // text
+        end if
+    end function padded
+
+    subroutine record_step(self, step, state, error)
+        class(monitor_t), intent(inout) :: self
+        type(step_record_t), intent(in) :: step
+        type(state_t), intent(in) :: state
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: values(size(self%probes))
+        integer :: i
+
+        values = [(reading(self%sensors(i), self%probes(i), state), i=1, size(self%probes))]
+        do i = 1, size(values)
+            call widen(self%extremes(i), values(i), step%abscissa)
+        end do
+        if (step%number == 0) self%first = step
+        self%last = step
+        self%iterations = self%iterations + step%iterations
+        self%cuts = self%cuts + step%cuts
+        self%largest_energy = max(self%largest_energy, abs(step%kinetic), abs(step%strain), abs(step%external))
+        call self%results%write_step(step, state, values, error)
+        if (allocated(error)) return
+        if (allocated(step%increments)) then
+            do i = 1, size(step%increments)
+                call self%log%detail('      iteration ' // to_text(i) // '  increment ' // to_text(step%increments(i), 4))
+            end do
+        end if
+        if (step%progress >= self%next_line - 1.0e-9_wp .or. step%cuts > 0) then
+            call self%log%line(step_line(step, values))
+            self%next_line = real(floor(step%progress*lines_a_command + 1.0e-9_wp) + 1, wp)/real(lines_a_command, wp)
+        else
+            call self%log%detail(step_line(step, values))
+        end if
+        call self%log%show_bar(step%progress)
+    end subroutine record_step
+
+    pure subroutine widen(extremes, value, when)
+        type(extremes_t), intent(inout) :: extremes
+        real(wp), intent(in) :: value, when
+
+        if (value > extremes%largest) then
+            extremes%largest = value
+            extremes%when_largest = when
+        end if
+        if (value < extremes%smallest) then
+            extremes%smallest = value
+            extremes%when_smallest = when
+        end if
+    end subroutine widen
+
+    function step_line(step, values) result(text)
+        type(step_record_t), intent(in) :: step
+        real(wp), intent(in) :: values(:)
+        character(:), allocatable :: text
+        integer :: i
+
+        text = padded(to_text(step%number), 8) // '  ' // padded(to_text(step%abscissa), 13) // padded(to_text(step%iterations), 8)
+        do i = 1, min(shown_probes, size(values))
+            text = text // padded(to_text(values(i)), 14)
+        end do
+        if (step%cuts > 0) text = text // '   cut ' // to_text(step%cuts) // ' times'
+    end function step_line
+
+    subroutine record_modes(self, frequency, modes, error)
+        class(monitor_t), intent(inout) :: self
+        real(wp), intent(in) :: frequency(:), modes(:, :)
+        type(error_t), allocatable, intent(out) :: error
+        integer :: i
+
+        call self%results%write_modes(frequency, modes, error)
+        if (allocated(error)) return
+        call self%log%line('    mode     frequency     angular')
+        do i = 1, size(frequency)
+            call self%log%line(padded(to_text(i), 8) // padded(to_text(frequency(i), 7), 14) // &
+                               padded(to_text(2.0_wp*pi*frequency(i), 7), 14))
+        end do
+    end subroutine record_modes
+
+    subroutine end_task(self, failure, error)
+        class(monitor_t), intent(inout) :: self
+        type(error_t), allocatable, intent(in) :: failure
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%log%clear_bar()
+        call self%results%end_task(error)
+        if (allocated(error) .or. allocated(failure) .or. self%task%kind == task_modal) return
+        call report_extremes(self)
+        call self%log%line('  ' // to_text(self%last%number) // ' steps, ' // to_text(self%iterations) // &
+                           ' Newton iterations, ' // to_text(self%cuts) // ' cuts')
+        if (self%task%kind == task_transient) call report_energy(self)
+    end subroutine end_task
+
+    subroutine report_extremes(self)
+        class(monitor_t), intent(inout) :: self
+        character(:), allocatable :: at
+        integer :: i
+
+        at = ' at t = '
+        if (self%task%kind == task_static) at = ' at load '
+        do i = 1, size(self%probes)
+            associate (probe => self%probes(i), e => self%extremes(i))
+                call self%log%line('  ' // probe%name // ': largest ' // to_text(e%largest) // at // &
+                                   to_text(e%when_largest) // ', smallest ' // to_text(e%smallest) // at // &
+                                   to_text(e%when_smallest))
+            end associate
+        end do
+    end subroutine report_extremes
+
+    !> The energy ledger of a transient, and a warning where it does not balance.
+    subroutine report_energy(self)
+        class(monitor_t), intent(inout) :: self
+        real(wp), parameter :: worrying_part = 0.01_wp
+        real(wp) :: balance, part
+
+        associate (first => self%first, last => self%last)
+            balance = last%kinetic + last%strain - last%external + last%dissipated - first%kinetic - first%strain
+            call self%log%line('  energy: kinetic ' // to_text(last%kinetic) // ', strain ' // to_text(last%strain) // &
+                               ', external work ' // to_text(last%external) // ', dissipated ' // to_text(last%dissipated) // &
+                               ', balance ' // to_text(balance, 3))
+        end associate
+        if (self%largest_energy <= 0.0_wp) return
+        part = abs(balance)/self%largest_energy
+        if (part > worrying_part) call self%log%line('  warning: the energy balance is off by ' // &
+                                                    to_text(100.0_wp*part, 3) // ' % of the largest energy')
+    end subroutine report_energy
+
+    subroutine note(self, text)
+        class(monitor_t), intent(inout) :: self
+        character(*), intent(in) :: text
+
+        call self%log%line('  ' // text)
+    end subroutine note
+
+end module gb_monitor

@@ -1,0 +1,165 @@
+!> A run from the command line to the exit status: read, check, solve, say how it ended.
+module gb_run
+    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+    use gb_kinds, only: wp, i8
+    use gb_error, only: error_t, raise, status_ok, status_input, status_file
+    use gb_text, only: to_text
+    use gb_version, only: program_version, git_revision
+    use gb_log, only: log_t
+    use gb_threads, only: use_one_blas_thread
+    use gb_problem, only: problem_t, task_static, task_modal
+    use gb_state, only: state_t
+    use gb_system, only: system_t, build_system
+    use gb_external, only: external_t, build_external
+    use gb_static, only: run_static
+    use gb_modal, only: run_modal
+    use gb_transient, only: run_transient
+    use gb_deck, only: read_deck, read_source, source_t, diagnostics_t
+    use gb_keywords, only: print_keywords
+    use gb_summary, only: print_summary
+    use gb_command_line, only: options_t, read_command_line, help_text
+    use gb_monitor, only: monitor_t
+    implicit none
+    private
+
+    public :: run_program
+
+contains
+
+    !> All that the program does; `status` is its exit status (docs/results.md).
+    subroutine run_program(status)
+        integer, intent(out) :: status
+        type(options_t) :: options
+        type(error_t), allocatable :: error
+
+        status = status_ok
+        call read_command_line(options, error)
+        if (.not. allocated(error)) then
+            if (options%show_help) then
+                write (output_unit, '(a)') help_text()
+                return
+            else if (options%show_version) then
+                write (output_unit, '(a)') 'gentbeam ' // program_version // ' (' // git_revision // ')'
+                return
+            else if (options%show_keywords) then
+                call print_keywords(output_unit, options%as_markdown)
+                return
+            end if
+            call run_deck(options, status, error)
+        end if
+        if (allocated(error)) then
+            write (error_unit, '(a)') 'gentbeam: error: ' // error%message
+            status = error%status
+        end if
+    end subroutine run_program
+
+    subroutine run_deck(options, status, error)
+        type(options_t), intent(in) :: options
+        integer, intent(out) :: status
+        type(error_t), allocatable, intent(out) :: error
+        type(source_t) :: source
+        type(diagnostics_t) :: diagnostics
+        type(problem_t) :: problem
+        type(log_t) :: log
+
+        status = status_ok
+        call read_source(options%deck, source, error)
+        if (allocated(error)) return
+        call read_deck(source, options%overrides, problem, diagnostics)
+        if (diagnostics%count() > 0) then
+            write (error_unit, '(a)', advance='no') diagnostics%render(source%name, source%text)
+            status = status_input
+            return
+        end if
+        if (len(options%output) > 0) problem%output%file = options%output
+        log%level = options%log_level
+        call print_summary(problem, log)
+        if (options%check_only) return
+        call solve_problem(problem, options, error)
+    end subroutine run_deck
+
+    !> Run the solution commands in their order, each from the state the last one left.
+    subroutine solve_problem(problem, options, error)
+        type(problem_t), intent(in) :: problem
+        type(options_t), intent(in) :: options
+        type(error_t), allocatable, intent(out) :: error
+        type(monitor_t) :: monitor
+        type(system_t) :: system
+        type(external_t) :: external
+        type(state_t) :: state
+        type(error_t), allocatable :: file_error
+        integer(i8) :: start, count, rate
+        real(wp) :: cpu_start, cpu_end
+        integer :: i
+
+        call use_one_blas_thread()
+        call system_clock(start)
+        call cpu_time(cpu_start)
+        call monitor%open(problem, options%log_level, error)
+        if (allocated(error)) return
+        call monitor%log%line('  results: ' // monitor%results%path)
+        system = build_system(problem%model)
+        external = build_external(problem%model)
+        allocate (state%u(system%n), state%v(system%n), state%a(system%n))
+        state%u = 0.0_wp
+        state%v = 0.0_wp
+        state%a = 0.0_wp
+        do i = 1, size(problem%tasks)
+            call run_task(problem, i, system, external, state, monitor, error)
+            if (allocated(error)) exit
+        end do
+        call system_clock(count, rate)
+        call cpu_time(cpu_end)
+        if (allocated(error)) then
+            if (error%status == status_file) return
+            call monitor%results%close('failed', error%message, real(count - start, wp)/real(rate, wp), cpu_end - cpu_start, &
+                                       file_error)
+        else
+            call monitor%results%close('complete', '', real(count - start, wp)/real(rate, wp), cpu_end - cpu_start, file_error)
+        end if
+        if (allocated(file_error)) then
+            call move_alloc(file_error, error)
+            return
+        end if
+        call monitor%log%line('')
+        if (allocated(error)) then
+            call monitor%log%line('failed after ' // to_text(real(count - start, wp)/real(rate, wp), 3) // ' s: ' // error%message)
+        else
+            call monitor%log%line('done in ' // to_text(real(count - start, wp)/real(rate, wp), 3) // ' s (' // &
+                                  to_text(cpu_end - cpu_start, 3) // ' s CPU)')
+        end if
+        if (monitor%log%has_failed .and. .not. allocated(error)) then
+            call raise(error, status_file, 'the log could not be written to standard output (the results file is complete)')
+        end if
+    end subroutine solve_problem
+
+    subroutine run_task(problem, number, system, external, state, monitor, error)
+        type(problem_t), intent(in) :: problem
+        integer, intent(in) :: number
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(state_t), intent(inout) :: state
+        type(monitor_t), intent(inout) :: monitor
+        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable :: file_error
+
+        associate (task => problem%tasks(number))
+            call monitor%begin_task(task, error)
+            if (allocated(error)) return
+            select case (task%kind)
+            case (task_static)
+                call run_static(system, external, problem%model%mesh, task, state, monitor, error)
+            case (task_modal)
+                call run_modal(system, problem%model, task, state, monitor, error)
+            case default
+                call run_transient(system, external, problem%model%mesh, task, state, monitor, error)
+            end select
+        end associate
+        if (allocated(error)) then
+            if (error%status == status_file) return
+        end if
+        call monitor%end_task(error, file_error)
+        if (allocated(file_error)) call move_alloc(file_error, error)
+    end subroutine run_task
+
+end module gb_run

@@ -1,0 +1,92 @@
+!> The head of the log: what the program has understood of the deck.
+module gb_summary
+    use gb_text, only: to_text
+    use gb_fields, only: n_fields, field_names
+    use gb_section, only: material_t, section_t, rule_gauss, inertia_translational, unlimited_jm
+    use gb_model, only: model_t
+    use gb_problem, only: problem_t
+    use gb_log, only: log_t
+    use gb_version, only: program_version
+    implicit none
+    private
+
+    public :: print_summary
+
+contains
+
+    subroutine print_summary(problem, log)
+        type(problem_t), intent(in) :: problem
+        type(log_t), intent(inout) :: log
+        integer :: i
+
+        associate (model => problem%model)
+            call log%line('gentbeam ' // program_version)
+            if (len(model%title) > 0) call log%line(model%title)
+            call log%line('')
+            do i = 1, size(model%materials)
+                call log%line('  material ' // material_words(model%materials(i)))
+            end do
+            do i = 1, size(model%sections)
+                call log%line('  section ' // section_words(model%sections(i)))
+            end do
+            do i = 1, size(model%lines)
+                associate (line => model%lines(i))
+                    call log%line('  line from ' // to_text(line%from) // ' to ' // to_text(line%to) // ': ' // &
+                                  to_text(line%elements) // ' elements of ' // to_text(line%nodes) // ' nodes, ' // &
+                                  trim(merge('full   ', 'reduced', line%full_integration)) // ' integration, ' // &
+                                  model%materials(line%material)%name // ', ' // model%sections(line%section)%name)
+                end associate
+            end do
+            call log%line('  ' // to_text(model%mesh%n_nodes()) // ' nodes, ' // to_text(n_fields*model%mesh%n_nodes()) // &
+                          ' unknowns, ' // to_text(count(model%fixed_fields())) // ' of them held')
+            call print_supports(model, log)
+            call log%line('  ' // to_text(size(model%point_loads)) // ' point loads, ' // &
+                          to_text(size(model%distributed_loads)) // ' distributed loads, ' // &
+                          to_text(size(problem%probes)) // ' probes, ' // to_text(size(problem%tasks)) // ' solution commands')
+        end associate
+    end subroutine print_summary
+
+    function material_words(material) result(text)
+        type(material_t), intent(in) :: material
+        character(:), allocatable :: text
+
+        text = material%name // ': mu ' // to_text(material%mu) // ', c ' // to_text(material%c) // ', beta ' // &
+               to_text(material%beta) // ', jm '
+        if (material%jm >= unlimited_jm) then
+            text = text // 'infinite'
+        else
+            text = text // to_text(material%jm)
+        end if
+        text = text // ', rho ' // to_text(material%rho) // ' (small strain: E ' // to_text(material%fibre_modulus()) // &
+               ', nu ' // to_text(material%poisson_ratio()) // ')'
+    end function material_words
+
+    function section_words(section) result(text)
+        type(section_t), intent(in) :: section
+        character(:), allocatable :: text
+
+        text = section%name // ': b ' // to_text(section%b) // ', h ' // to_text(section%h) // ', rule '
+        if (section%rule == rule_gauss) then
+            text = text // 'gauss, ' // to_text(section%points) // ' points'
+        else
+            text = text // 'linear (does not conserve energy exactly)'
+        end if
+        text = text // ', inertia ' // trim(merge('translational', 'diagonal     ', section%inertia == inertia_translational))
+    end function section_words
+
+    subroutine print_supports(model, log)
+        type(model_t), intent(in) :: model
+        type(log_t), intent(inout) :: log
+        character(:), allocatable :: text
+        integer :: i, field
+
+        do i = 1, size(model%supports)
+            text = '  support at x = ' // to_text(model%supports(i)%x) // ':'
+            do field = 1, n_fields
+                if (model%supports(i)%fixed(field)) text = text // ' ' // field_names(field)
+            end do
+            call log%line(text)
+        end do
+    end subroutine print_supports
+
+end module gb_summary

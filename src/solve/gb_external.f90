@@ -1,0 +1,204 @@
+!> External forces: every load of the model as a vector of nodal forces times a history.
+module gb_external
+    use gb_kinds, only: wp
+    use gb_error, only: error_t, raise, status_solution
+    use gb_text, only: to_text
+    use gb_sort, only: sorted
+    use gb_fields, only: n_fields, dof_index, field_u1, field_y1
+    use gb_history, only: history_t
+    use gb_load, only: stage_all, stage_static, stage_transient
+    use gb_mesh, only: mesh_t
+    use gb_model, only: model_t
+    use gb_quadrature, only: gauss_legendre
+    use gb_shape, only: lagrange, max_nodes
+    implicit none
+    private
+
+    !> Loads that share a history and a stage.
+    type :: pattern_t
+        integer :: history = 1
+        integer :: stage = stage_all
+        real(wp), allocatable :: force(:)           !! nodal forces at factor 1 (n)
+    end type pattern_t
+
+    type, public :: external_t
+        type(pattern_t), allocatable :: patterns(:)
+        type(history_t), allocatable :: histories(:)
+    contains
+        procedure :: static_forces
+        procedure :: force_at
+        procedure :: events
+    end type external_t
+
+    public :: build_external
+
+contains
+
+    function build_external(model) result(external)
+        type(model_t), intent(in) :: model
+        type(external_t) :: external
+        real(wp), allocatable :: force(:)
+        integer :: i
+
+        external%histories = model%histories
+        allocate (external%patterns(0))
+        allocate (force(n_fields*model%mesh%n_nodes()))
+        do i = 1, size(model%point_loads)
+            associate (load => model%point_loads(i))
+                force = 0.0_wp
+                call add_point(model%mesh, load%x, load%value, force)
+                call add_pattern(external, load%history, load%stage, force)
+            end associate
+        end do
+        do i = 1, size(model%distributed_loads)
+            associate (load => model%distributed_loads(i))
+                force = 0.0_wp
+                call add_distributed(model%mesh, load%from, load%to, load%q, force)
+                call add_pattern(external, load%history, load%stage, force)
+            end associate
+        end do
+        do i = 1, size(model%gravity)
+            associate (load => model%gravity(i))
+                force = 0.0_wp
+                call add_gravity(model, load%g, force)
+                call add_pattern(external, load%history, load%stage, force)
+            end associate
+        end do
+    end function build_external
+
+    !> Join a load to the pattern of its history and stage, or open a new one.
+    pure subroutine add_pattern(external, history, stage, force)
+        type(external_t), intent(inout) :: external
+        integer, intent(in) :: history, stage
+        real(wp), intent(in) :: force(:)
+        type(pattern_t), allocatable :: grown(:)
+        integer :: i
+
+        do i = 1, size(external%patterns)
+            associate (pattern => external%patterns(i))
+                if (pattern%history == history .and. pattern%stage == stage) then
+                    pattern%force = pattern%force + force
+                    return
+                end if
+            end associate
+        end do
+        allocate (grown(size(external%patterns) + 1))
+        grown(:size(external%patterns)) = external%patterns
+        grown(size(grown)) = pattern_t(history, stage, force)
+        call move_alloc(grown, external%patterns)
+    end subroutine add_pattern
+
+    !> Forces f1, f3 on u1, u3 and couples m1, m3 on y1, y3 at a node.
+    pure subroutine add_point(mesh, x, value, force)
+        type(mesh_t), intent(in) :: mesh
+        real(wp), intent(in) :: x, value(4)
+        real(wp), intent(inout) :: force(:)
+        integer :: first
+
+        first = dof_index(field_u1, mesh%node_at(x))
+        force(first:first + 3) = force(first:first + 3) + value
+    end subroutine add_point
+
+    !> Consistent nodal forces of a load spread evenly over [from, to], which may cut elements: exact, since the
+    !> integrand is a shape function.
+    pure subroutine add_distributed(mesh, from, to, q, force)
+        type(mesh_t), intent(in) :: mesh
+        real(wp), intent(in) :: from, to        !! [L]
+        real(wp), intent(in) :: q(2)            !! [F/L]
+        real(wp), intent(inout) :: force(:)
+        real(wp) :: points(max_nodes), weights(max_nodes), n(max_nodes), d(max_nodes), left, length, low, high, x
+        integer :: e, i, node, first
+
+        call gauss_legendre(points, weights)
+        do e = mesh%element_at(from), mesh%element_at(to)
+            associate (nodes => mesh%nodes(e))
+                left = mesh%x(mesh%first_node(e))
+                length = mesh%element_length(e)
+                low = max(from, left)
+                high = min(to, left + length)
+                if (high <= low) cycle
+                do i = 1, size(points)
+                    x = low + 0.5_wp*(high - low)*(1.0_wp + points(i))
+                    call lagrange(2.0_wp*(x - left)/length - 1.0_wp, n(:nodes), d(:nodes))
+                    do node = 1, nodes
+                        first = dof_index(field_u1, mesh%first_node(e) + node - 1)
+                        force(first:first + 1) = force(first:first + 1) + 0.5_wp*(high - low)*weights(i)*n(node)*q
+                    end do
+                end do
+            end associate
+        end do
+    end subroutine add_distributed
+
+    !> Weight rho A g of every element, as a load spread over it.
+    pure subroutine add_gravity(model, g, force)
+        type(model_t), intent(in) :: model
+        real(wp), intent(in) :: g(2)            !! [L/T^2]
+        real(wp), intent(inout) :: force(:)
+        real(wp) :: left
+        integer :: e
+
+        associate (mesh => model%mesh)
+            do e = 1, mesh%n_elements()
+                left = mesh%x(mesh%first_node(e))
+                call add_distributed(mesh, left, left + mesh%element_length(e), &
+                                     model%materials(mesh%material(e))%rho*model%sections(mesh%section(e))%area()*g, force)
+            end do
+        end associate
+    end subroutine add_gravity
+
+    !> Nodal forces of statics at load factor 1, each history taken as 1.
+    pure subroutine static_forces(self, force)
+        class(external_t), intent(in) :: self
+        real(wp), intent(out) :: force(:)
+        integer :: i
+
+        force = 0.0_wp
+        do i = 1, size(self%patterns)
+            if (self%patterns(i)%stage /= stage_transient) force = force + self%patterns(i)%force
+        end do
+    end subroutine static_forces
+
+    !> Nodal forces of a transient at time t; `before` asks for the values just before a jump.
+    pure subroutine force_at(self, t, before, force, error)
+        class(external_t), intent(in) :: self
+        real(wp), intent(in) :: t               !! [T]
+        logical, intent(in) :: before
+        real(wp), intent(out) :: force(:)
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: factor
+        logical :: defined
+        integer :: i
+
+        force = 0.0_wp
+        do i = 1, size(self%patterns)
+            if (self%patterns(i)%stage == stage_static) cycle
+            associate (history => self%histories(self%patterns(i)%history))
+                call history%evaluate(t, before, factor, defined)
+                if (.not. defined) then
+                    call raise(error, status_solution, 'the formula of HISTORY ' // history%name // &
+                               ' has no finite value at t = ' // to_text(t))
+                    return
+                end if
+            end associate
+            force = force + factor*self%patterns(i)%force
+        end do
+    end subroutine force_at
+
+    !> Instants in ]0, end[ at which a load of the transient jumps or has a corner, increasing, each once [T].
+    pure function events(self, end_time) result(times)
+        class(external_t), intent(in) :: self
+        real(wp), intent(in) :: end_time
+        real(wp), allocatable :: times(:)
+        real(wp), allocatable :: all_times(:)
+        integer :: i
+
+        allocate (all_times(0))
+        do i = 1, size(self%patterns)
+            if (self%patterns(i)%stage == stage_static) cycle
+            all_times = [all_times, self%histories(self%patterns(i)%history)%events()]
+        end do
+        all_times = sorted(pack(all_times, all_times > 0.0_wp .and. all_times < end_time))
+        times = pack(all_times, [(i == 1 .or. all_times(i) > all_times(max(1, i - 1)), i=1, size(all_times))])
+    end function events
+
+end module gb_external

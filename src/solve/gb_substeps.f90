@@ -1,0 +1,63 @@
+!> Cutting a step in halves where Newton's method fails, and growing back: an interval is walked through in 2^level
+!> equal parts, so that its end is always met exactly.
+module gb_substeps
+    use gb_kinds, only: wp
+    implicit none
+    private
+
+    type, public :: substeps_t
+        integer :: max_level = 10       !! halvings allowed
+        integer :: level = 0            !! kept from one interval to the next
+        integer :: done = 0             !! parts of 2^level that are behind
+    contains
+        procedure :: begin_interval
+        procedure :: next_end
+        procedure :: accept
+        procedure :: reject
+        procedure :: is_finished
+    end type substeps_t
+
+contains
+
+    pure subroutine begin_interval(self)
+        class(substeps_t), intent(inout) :: self
+
+        self%done = 0
+    end subroutine begin_interval
+
+    !> Where the next part ends, as a part of the interval, 0 < next_end <= 1 (exact in binary arithmetic).
+    pure real(wp) function next_end(self)
+        class(substeps_t), intent(in) :: self
+
+        next_end = real(self%done + 1, wp)/2.0_wp**self%level
+    end function next_end
+
+    !> The part is solved; two halves in a row join again.
+    pure subroutine accept(self)
+        class(substeps_t), intent(inout) :: self
+
+        self%done = self%done + 1
+        if (self%level > 0 .and. modulo(self%done, 2) == 0) then
+            self%level = self%level - 1
+            self%done = self%done/2
+        end if
+    end subroutine accept
+
+    !> The part failed: halve it. `exhausted` when no halving is left.
+    pure subroutine reject(self, exhausted)
+        class(substeps_t), intent(inout) :: self
+        logical, intent(out) :: exhausted
+
+        exhausted = self%level >= self%max_level
+        if (exhausted) return
+        self%level = self%level + 1
+        self%done = 2*self%done
+    end subroutine reject
+
+    pure logical function is_finished(self)
+        class(substeps_t), intent(in) :: self
+
+        is_finished = self%done >= 2**self%level
+    end function is_finished
+
+end module gb_substeps
