@@ -645,7 +645,7 @@ def test_time_scale_of_many_shapes_stays_readable(shapes, builder):
 
 
 def supports_drawn(shapes, path, fixed):
-    """Names of the symbols drawn for a node whose fields `fixed` are fixed."""
+    """The symbols drawn for the last node with these fields fixed: name, place, and side or "rolls"."""
     with h5py.File(path, "r+") as file:
         file["mesh/fixed"][...] = 0
         for field in fixed:
@@ -657,7 +657,7 @@ def supports_drawn(shapes, path, fixed):
             plot_shapes,
             name,
             lambda *args, _name=name, _symbol=symbol, **kwargs: (
-                drawn.append((_name, args[1], kwargs.get("gap", 0.0) > 0.0)),
+                drawn.append((_name, args[1], kwargs["gap"] > 0.0 if kwargs else args[2])),
                 _symbol(*args, **kwargs),
             ),
         )
@@ -669,10 +669,10 @@ def supports_drawn(shapes, path, fixed):
 @pytest.mark.parametrize(
     "fixed, symbol",
     [
-        (("u1", "u3", "y1", "y3", "xi"), ("draw_wall", LENGTH, False)),
+        (("u1", "u3", "y1", "y3", "xi"), ("draw_wall", LENGTH, 1.0)),
         (("u1", "u3"), ("draw_pin", LENGTH, False)),
         (("u3",), ("draw_pin", LENGTH, True)),
-        (("u1", "y1", "y3"), ("draw_guide", LENGTH, False)),
+        (("u1", "y1", "y3"), ("draw_guide", LENGTH, 1.0)),
     ],
 )
 def test_supports(shapes, builder, fixed, symbol):
