@@ -11,6 +11,7 @@ Whatever is wrong with a file is a ResultsError of one line that says what is th
 
 import argparse
 import os
+import re
 import sys
 from dataclasses import dataclass
 from typing import Optional
@@ -74,7 +75,7 @@ class History:
     values: np.ndarray
     time_unit: str
     unit: str
-    field: str  # u1, u3, ... or empty where the file does not say
+    field: str  # u1, u3, v3, ... or empty where the file does not say
 
 
 @dataclass
@@ -224,11 +225,15 @@ class Group:
 
 
 def probed_field(dataset):
-    """The field a probe follows: its attribute `field`, or the first word of its description."""
-    words = text(dataset.attrs.get("field", dataset.attrs.get("description", ""))).split()
-    word = words[0].strip(",;:").lower() if words else ""
-    known = FIELDS + ("v1", "v3", "a1", "a3")
-    return word if word in known else ""
+    """What a probe follows, as in a deck: u3, or v3 where the description says "velocity of u3 at ..."."""
+    description = text(dataset.attrs.get("description", ""))
+    found = re.match(r"(?:(velocity|acceleration) of )?(u1|u3|y1|y3|xi)\b", description)
+    if not found:
+        return ""
+    rate, field = found.groups()
+    if rate is None:
+        return field
+    return rate[0] + field[1] if field[0] == "u" else ""
 
 
 class Parser(argparse.ArgumentParser):

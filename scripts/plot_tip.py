@@ -15,6 +15,7 @@ from collections import namedtuple
 
 import numpy as np
 from matplotlib.text import OffsetFrom
+from matplotlib.ticker import MaxNLocator
 
 from gentbeam_pictures import (
     COLOURS,
@@ -237,6 +238,8 @@ def draw(series, title=None, size=None):
         axis.margins(x=0.0 if any(len(line.history.time) > 1 for line in lines) else 0.05)
         axis.axhline(0.0, color="0.6", linewidth=0.4, zorder=0)
     first = series[0]
+    # Round numbers: ticks at 0.0025 need labels so long that they run into each other.
+    axes[-1].xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
     axes[-1].set_xlabel(axis_label(first.group.progress_name, first.history.time_unit))
     if title:
         axes[0].set_title(escape(title))

@@ -1,5 +1,6 @@
-!> Diagnostics as compilers give them: what is wrong, where in the user's own text, and what may have been meant.
-!> A diagnostic keeps the span of the text it speaks of; line, column and the excerpt are worked out when it is shown.
+!> Diagnostics as compilers give them: what is wrong, where in the user's own text, and what may have been
+!> meant. A diagnostic keeps the span of the text it speaks of; line, column and the excerpt are worked out
+!> when it is shown.
 module gb_diagnostics
     use gb_text, only: to_text, newline
     implicit none
@@ -34,7 +35,7 @@ module gb_diagnostics
         procedure :: render
     end type diagnostics_t
 
-    integer, parameter :: max_stored = 1000         !! what a hopeless text may cost
+    integer, parameter :: max_stored = 200          !! what a hopeless text may cost
     integer, parameter :: max_shown = 20
     integer, parameter :: whole_line = 160          !! source lines up to this many bytes are shown whole
     integer, parameter :: window = 60               !! of longer ones, this many characters on each side
@@ -92,8 +93,8 @@ contains
         self%total = 0
     end subroutine clear
 
-    !> The text shown to the user: the first findings in the order of the source, then how many more there are.
-    !> Every line ends with a line feed; without findings the text is empty.
+    !> The text shown to the user: the first findings in the order of the source, then how many more there
+    !> are. Every line ends with a line feed; without findings the text is empty.
     pure function render(self, file, text) result(report)
         class(diagnostics_t), intent(in) :: self
         character(*), intent(in) :: file            !! name of the source as the user knows it
@@ -143,7 +144,8 @@ contains
             report = render_label(entry%at, 'error: ' // entry%message, file, text)
         end if
         if (len(entry%hint) > 0) report = report // indent // printable(entry%hint) // newline
-        if (len(entry%note) > 0) report = report // render_label(entry%other, 'note: ' // entry%note, file, text)
+        if (len(entry%note) > 0) report = report // &
+            render_label(entry%other, 'note: ' // entry%note, file, text)
     end function render_one
 
     !> file:line:column: message, the source line and the caret.
@@ -154,10 +156,9 @@ contains
         integer :: line, line_first, line_last, column
 
         call find_line(text, at%first, line, line_first, line_last)
-        column = 1
-        if (at%first > line_first) column = 1 + count_characters(text(line_first:min(at%first, len(text) + 1) - 1))
-        report = printable(file) // ':' // to_text(line) // ':' // to_text(column) // ': ' // printable(message) &
-                 // newline
+        column = 1 + count_characters(text(line_first:min(at%first - 1, len(text))))
+        report = printable(file) // ':' // to_text(line) // ':' // to_text(column) // ': ' // &
+            printable(message) // newline
         if (line_last >= line_first) report = report // render_excerpt(text, at, line_first, line_last)
     end function render_label
 

@@ -28,7 +28,8 @@ module gb_names
 
 contains
 
-    !> Whether the text is a name: a letter, then letters, digits, `_` and (where allowed) `-`; at most 32 characters.
+    !> Whether the text is a name: a letter, then letters, digits, `_` and (where allowed) `-`; at most 32
+    !> characters.
     pure logical function is_name(text, hyphens)
         character(*), intent(in) :: text
         logical, intent(in) :: hyphens
@@ -108,11 +109,11 @@ contains
         self%sound(number) = .false.
     end subroutine spoil
 
-    !> The names to choose a suggestion from; of very many, the first thousands do.
+    !> The names to choose a suggestion from; of very many, the first hundreds do.
     pure function known(self) result(names)
         class(name_table_t), intent(in) :: self
         character(max_name), allocatable :: names(:)
-        integer, parameter :: enough = 2000
+        integer, parameter :: enough = 500
 
         if (self%n == 0) then
             allocate (names(0))

@@ -6,12 +6,12 @@ module gb_program
     private
 
     !> Operations of a program. `op_constant` pushes the instruction's value, `op_variable` the free variable.
-    integer, parameter, public :: op_constant = 1, op_variable = 2, op_add = 3, op_subtract = 4, op_multiply = 5, &
-        op_divide = 6, op_power = 7, op_negate = 8, op_function = 100
+    integer, parameter, public :: op_constant = 1, op_variable = 2, op_add = 3, op_subtract = 4, &
+        op_multiply = 5, op_divide = 6, op_power = 7, op_negate = 8, op_function = 100
 
     !> Names of the functions; function number i is operation op_function + i.
-    character(5), parameter, public :: function_names(13) = [character(5) :: 'sqrt', 'exp', 'log', 'log10', 'sin', &
-        'cos', 'tan', 'asin', 'acos', 'atan', 'abs', 'min', 'max']
+    character(5), parameter, public :: function_names(13) = [character(5) :: 'sqrt', 'exp', 'log', 'log10', &
+        'sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'abs', 'min', 'max']
     !> How many arguments each function takes.
     integer, parameter, public :: function_arguments(13) = [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2]
 
@@ -30,8 +30,9 @@ module gb_program
 
 contains
 
-    !> The program's value at `x`. `defined` is false where the value is not a finite number (a division by zero,
-    !> the root of a negative number, an overflow): then the value is 0 and no arithmetic trap has been raised.
+    !> The program's value at `x`. `defined` is false where the value is not a finite number (a division by
+    !> zero, the root of a negative number, an overflow): then the value is 0 and no arithmetic trap has been
+    !> raised.
     pure subroutine evaluate(self, x, value, defined)
         class(program_t), intent(in) :: self
         real(wp), intent(in) :: x            !! the free variable (x or t)
@@ -128,8 +129,9 @@ contains
         end if
         defined = a > 0.0_wp .or. whole
         if (.not. defined) return
-        magnitude = abs(b)*abs(log(abs(a)))
-        defined = magnitude < log_huge .or. b*log(abs(a)) < 0.0_wp
+        ! The bound on b keeps the product from overflowing; it is far beyond what decides.
+        magnitude = min(abs(b), 1.0e300_wp)*abs(log(abs(a)))
+        defined = magnitude < log_huge .or. (b < 0.0_wp .neqv. abs(a) < 1.0_wp)
         if (.not. defined) return
         if (magnitude >= log_huge) then
             a = 0.0_wp

@@ -4,7 +4,8 @@ module gb_text
     implicit none
     private
 
-    public :: lower_case, upper_case, to_text, exact_text, fixed_text, hexadecimal, edit_distance, nearest_name
+    public :: lower_case, upper_case, to_text, exact_text, fixed_text, hexadecimal, edit_distance, &
+        nearest_name
 
     character(1), parameter, public :: newline = achar(10)
 
@@ -94,6 +95,8 @@ contains
 
         do digits = 15, 17
             text = to_text(number, digits)
+            ! Rounded up, the largest numbers could not be read.
+            if (abs(number) > 0.1_wp*huge(number) .and. digits < 17) cycle
             buffer = text
             read (buffer, *, iostat=status) again
             if (status == 0 .and. .not. abs(again - number) > 0.0_wp) return
@@ -135,7 +138,8 @@ contains
         write (text, '("0x",z2.2)') ichar(byte)
     end function hexadecimal
 
-    !> Edits (insert, delete, replace, swap two neighbours) that turn one name into the other (Damerau-Levenshtein).
+    !> Edits (insert, delete, replace, swap two neighbours) that turn one name into the other
+    !> (Damerau-Levenshtein).
     pure function edit_distance(from, into) result(distance)
         character(*), intent(in) :: from, into
         integer :: distance
@@ -162,8 +166,8 @@ contains
         distance = cost(len(from), len(into))
     end function edit_distance
 
-    !> The candidate a user most likely meant, or an empty text when none is near: at most a third of the longer
-    !> name may differ. Names longer than 64 characters are no misspelling.
+    !> The candidate a user most likely meant, or an empty text when none is near: at most a third of the
+    !> longer name may differ. Names longer than 64 characters are no misspelling.
     pure function nearest_name(name, candidates) result(nearest)
         character(*), intent(in) :: name
         character(*), intent(in) :: candidates(:)

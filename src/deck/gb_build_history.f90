@@ -4,8 +4,8 @@ module gb_build_history
     use gb_diagnostics, only: diagnostics_t, quoted
     use gb_draft, only: draft_t, resize, space_history
     use gb_error, only: error_t
-    use gb_history, only: history_t, history_step, history_ramp, history_pulse, history_sine, history_table, &
-        history_formula
+    use gb_history, only: history_t, history_step, history_ramp, history_pulse, history_sine, &
+        history_table, history_formula
     use gb_kinds, only: wp
     use gb_source, only: read_text
     use gb_text, only: newline, to_text
@@ -48,7 +48,8 @@ contains
             history%stop = command%number('stop')
             if (history%stop > history%start) return
             call diagnostics%add(command%place('stop'), "'stop' must be after 'start', and " // &
-                                 to_text(history%stop, 12) // ' is not after ' // to_text(history%start, 12))
+                                 to_text(history%stop, 12) // ' is not after ' // &
+                                 to_text(history%start, 12))
             command%sound = .false.
         case ('HISTORY sine')
             history%kind = history_sine
@@ -99,8 +100,8 @@ contains
         end if
         associate (t => command%values(command%value_of('t')), f => command%values(command%value_of('f')))
             if (size(t%numbers) /= size(f%numbers)) then
-                call diagnostics%add(f%at, 't= has ' // to_text(size(t%numbers)) // ' values, and f= has ' // &
-                                     to_text(size(f%numbers)))
+                call diagnostics%add(f%at, 't= has ' // to_text(size(t%numbers)) // &
+                                     ' values, and f= has ' // to_text(size(f%numbers)))
                 return
             end if
             do i = 2, size(t%numbers)
@@ -114,8 +115,8 @@ contains
         end associate
     end subroutine take_lists
 
-    !> Read a text file of two columns; lines that start with # or ! and a heading are passed over. A path that is
-    !> not absolute starts at the deck's folder.
+    !> Read a text file of two columns; lines that start with # or ! and a heading are passed over. A path
+    !> that is not absolute starts at the deck's folder.
     subroutine read_columns(command, folder, history, diagnostics)
         type(command_t), intent(in) :: command
         character(*), intent(in) :: folder

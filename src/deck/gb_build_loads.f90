@@ -5,8 +5,8 @@ module gb_build_loads
     use gb_draft, only: draft_t, resize, space_history
     use gb_fields, only: n_fields, field_names, field_u1, field_u3, field_y1, field_y3
     use gb_kinds, only: wp
-    use gb_load, only: support_t, prescribed_t, point_load_t, distributed_load_t, gravity_t, initial_t, stage_all, &
-        stage_static, stage_transient
+    use gb_load, only: support_t, prescribed_t, point_load_t, distributed_load_t, gravity_t, initial_t, &
+        stage_all, stage_static, stage_transient
     use gb_text, only: to_text
     implicit none
     private
@@ -56,7 +56,7 @@ contains
         type(diagnostics_t), intent(inout) :: diagnostics
         type(prescribed_t) :: prescribed
         type(span_t), allocatable :: grown(:, :)
-        integer :: i
+        integer :: i, number
 
         call find_history(command, draft, diagnostics, prescribed%history)
         if (.not. command%sound) then
@@ -74,7 +74,8 @@ contains
         do i = 1, n_fields
             prescribed%driven(i) = command%given(field_names(i))
             prescribed%value(i) = command%number(field_names(i))
-            draft%prescribed_places(i, draft%n_prescribed) = command%values(command%value_of(field_names(i)))%key_at
+            number = command%value_of(field_names(i))
+            draft%prescribed_places(i, draft%n_prescribed) = command%values(number)%key_at
         end do
         draft%problem%model%prescribed(draft%n_prescribed) = prescribed
         call draft%add_place(command%place('x'), prescribed%x, at_node=.true.)
@@ -110,8 +111,8 @@ contains
         load%q = [command%number('q1'), command%number('q3')]
         load%stage = stage_of(command)
         if (load%to <= load%from) then
-            call diagnostics%add(command%place('to'), "'to' must be beyond 'from', and " // to_text(load%to, 12) // &
-                                 ' is not beyond ' // to_text(load%from, 12))
+            call diagnostics%add(command%place('to'), "'to' must be beyond 'from', and " // &
+                                 to_text(load%to, 12) // ' is not beyond ' // to_text(load%from, 12))
             return
         end if
         draft%n_distributed = draft%n_distributed + 1
@@ -149,14 +150,17 @@ contains
         do i = 1, n_fields
             if (.not. command%given(field_names(i))) cycle
             initial%field = i
-            associate (value => command%values(command%value_of(field_names(i))), list => draft%problem%model%initial)
+            associate (value => command%values(command%value_of(field_names(i))), &
+                list => draft%problem%model%initial)
                 initial%formula = value%formula
                 do before = 1, draft%n_initial
-                    if (list(before)%field == i .and. (list(before)%is_velocity .eqv. initial%is_velocity)) exit
+                    if (list(before)%field == i .and. (list(before)%is_velocity .eqv. initial%is_velocity)) &
+                        exit
                 end do
                 if (before <= draft%n_initial) then
                     call diagnostics%add(value%key_at, command%title // ' of ' // field_names(i) // &
-                                         ' is given twice', other=draft%initial_places(before), note='first given here')
+                                         ' is given twice', other=draft%initial_places(before), &
+                                         note='first given here')
                     cycle
                 end if
                 draft%n_initial = draft%n_initial + 1
@@ -187,7 +191,8 @@ contains
         number = 1
         if (.not. command%given('history')) return
         if (len(command%text('history')) == 0) return
-        call draft%resolve(space_history, command%text('history'), command%place('history'), diagnostics, number)
+        call draft%resolve(space_history, command%text('history'), command%place('history'), diagnostics, &
+            number)
         number = max(1, number)
     end subroutine find_history
 

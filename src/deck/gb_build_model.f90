@@ -5,8 +5,8 @@ module gb_build_model
     use gb_draft, only: draft_t, line_place_t, resize, space_material, space_section
     use gb_kinds, only: wp
     use gb_mesh, only: line_t
-    use gb_section, only: material_t, section_t, rule_gauss, rule_linear, inertia_diagonal, inertia_translational, &
-        unlimited_jm
+    use gb_section, only: material_t, section_t, rule_gauss, rule_linear, inertia_diagonal, &
+        inertia_translational, unlimited_jm
     use gb_text, only: to_text
     implicit none
     private
@@ -60,8 +60,8 @@ contains
         end select
     end subroutine read_material
 
-    !> mu and c from Young's modulus and Poisson's ratio (plane stress), so that these hold at small strain whatever
-    !> jm is: the first Lame modulus is c + 2 mu/jm.
+    !> mu and c from Young's modulus and Poisson's ratio (plane stress), so that these hold at small strain
+    !> whatever jm is: the first Lame modulus is c + 2 mu/jm.
     subroutine read_elastic(command, material, diagnostics)
         type(command_t), intent(inout) :: command
         type(material_t), intent(inout) :: material
@@ -75,14 +75,17 @@ contains
         material%mu = e/(2.0_wp*(1.0_wp + nu))
         material%c = -1.0_wp
         ! Below this limit mu/jm would overflow; c is far below zero there.
-        if (material%jm > 1.0e-300_wp*material%mu) material%c = e*nu/(1.0_wp - nu**2) - 2.0_wp*(material%mu/material%jm)
+        if (material%jm > 1.0e-300_wp*material%mu) &
+            material%c = e*nu/(1.0_wp - nu**2) - 2.0_wp*(material%mu/material%jm)
         if (material%c > 0.0_wp) return
         if (nu > 0.0_wp) then
-            call diagnostics%add(command%place('jm'), 'with this jm, c = e nu/(1-nu^2) - 2 mu/jm is not above 0', &
+            call diagnostics%add(command%place('jm'), &
+                'with this jm, c = e nu/(1-nu^2) - 2 mu/jm is not above 0', &
                                  hint='use MATERIAL gent, which takes mu and c; or jm above ' // &
                                  to_text((1.0_wp - nu)/nu, 4))
         else
-            call diagnostics%add(command%place('nu'), 'with this nu, c = e nu/(1-nu^2) - 2 mu/jm is not above 0', &
+            call diagnostics%add(command%place('nu'), &
+                'with this nu, c = e nu/(1-nu^2) - 2 mu/jm is not above 0', &
                                  hint='use MATERIAL gent, which takes mu and c')
         end if
         command%sound = .false.
@@ -116,16 +119,19 @@ contains
         section%inertia = inertia_diagonal
         if (command%text('inertia') == 'translational') section%inertia = inertia_translational
         if (command%given('points') .and. section%rule /= rule_gauss) then
-            call diagnostics%add(command%values(command%value_of('points'))%key_at, "'points' goes with rule=gauss")
+            call diagnostics%add(command%values(command%value_of('points'))%key_at, &
+                "'points' goes with rule=gauss")
             command%sound = .false.
         end if
         if (command%given('tolerance')) then
-            call diagnostics%add(command%values(command%value_of('tolerance'))%key_at, "'tolerance' goes with rule=auto")
+            call diagnostics%add(command%values(command%value_of('tolerance'))%key_at, &
+                "'tolerance' goes with rule=auto")
             command%sound = .false.
         end if
     end subroutine read_section
 
-    !> A line joins the model whatever became of its neighbours; how they join is looked at when the model is closed.
+    !> A line joins the model whatever became of its neighbours; how they join is looked at when the model is
+    !> closed.
     subroutine build_line(command, draft, diagnostics)
         type(command_t), intent(in) :: command
         type(draft_t), intent(inout) :: draft
@@ -155,8 +161,8 @@ contains
         call resize(draft%problem%model%lines, draft%n_lines)
         call resize(draft%line_places, draft%n_lines)
         draft%problem%model%lines(draft%n_lines) = line
-        draft%line_places(draft%n_lines) = line_place_t(command%at, command%place('from'), command%place('to'), &
-                                                      excused)
+        draft%line_places(draft%n_lines) = line_place_t(command%at, command%place('from'), &
+            command%place('to'), excused)
     end subroutine build_line
 
     !> Number of the material or section a line names; 0 where it names none.
@@ -172,8 +178,8 @@ contains
         number = 0
         excused = .false.
         if (.not. command%given(key)) return
-        if (len(command%text(key)) > 0) call draft%resolve(space, command%text(key), command%place(key), diagnostics, &
-                                                           number)
+        if (len(command%text(key)) > 0) call draft%resolve(space, command%text(key), command%place(key), &
+            diagnostics, number)
         excused = number == 0
     end subroutine find_part
 

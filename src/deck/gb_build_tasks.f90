@@ -17,8 +17,8 @@ module gb_build_tasks
     public :: build_probe, build_output, build_task
 
     !> Groups of the results file that no command may take for its own.
-    character(6), parameter :: reserved_names(6) = [character(6) :: 'deck', 'units', 'mesh', 'sweep', 'tuning', &
-        'vtkhdf']
+    character(6), parameter :: reserved_names(6) = [character(6) :: 'deck', 'units', 'mesh', 'sweep', &
+        'tuning', 'vtkhdf']
     real(wp), parameter :: most_steps = 1.0e9_wp
 
 contains
@@ -46,8 +46,8 @@ contains
             do i = 1, n_fields
                 if (command%words(1) == field_names(i)) probe%field = i
                 ! v3 and a3 belong to u3.
-                if (probe%quantity /= quantity_displacement .and. 'u' // command%words(1)(2:2) == field_names(i)) &
-                    probe%field = i
+                if (probe%quantity == quantity_displacement) cycle
+                if ('u' // command%words(1)(2:2) == field_names(i)) probe%field = i
             end do
             call draft%add_place(command%place('x'), probe%x, at_node=.false.)
         end if
@@ -124,7 +124,8 @@ contains
             command%name = command%text('name')
             if (len(command%name) == 0) return
             if (.not. is_name(command%name, hyphens=.true.)) then
-                call diagnostics%add(command%name_at, quoted(command%name) // ' is not a name', hint=name_rule)
+                call diagnostics%add(command%name_at, quoted(command%name) // ' is not a name', &
+                    hint=name_rule)
                 command%sound = .false.
             else if (any(reserved_names == lower_case(command%name))) then
                 call diagnostics%add(command%name_at, quoted(command%name) // &
@@ -134,7 +135,14 @@ contains
             return
         end if
         default = command%text('name')
-        kind = findloc([character(9) :: 'static', 'modal', 'transient'], default, dim=1)
+        select case (default)
+        case ('static')
+            kind = task_static
+        case ('modal')
+            kind = task_modal
+        case default
+            kind = task_transient
+        end select
         do
             draft%repeats(kind) = draft%repeats(kind) + 1
             command%name = default
@@ -229,8 +237,8 @@ contains
         else if (command%given('accuracy')) then
             return
         else if (task%step > task%end_time*(1.0_wp + rounding)) then
-            call diagnostics%add(command%place('step'), "'step' is " // to_text(task%step, 12) // ", beyond 'end', " // &
-                                 to_text(task%end_time, 12))
+            call diagnostics%add(command%place('step'), "'step' is " // to_text(task%step, 12) // &
+                ", beyond 'end', " // to_text(task%end_time, 12))
         else if (task%step < task%end_time/most_steps) then
             call diagnostics%add(command%place('step'), 'more than ' // to_text(most_steps) // &
                                  " steps from here to 'end'")

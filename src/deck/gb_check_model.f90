@@ -1,4 +1,5 @@
-!> Checks of the whole model, made where END closes it: lines that join, places that are nodes, supports that hold.
+!> Checks of the whole model, made where END closes it: lines that join, places that are nodes, supports
+!> that hold.
 module gb_check_model
     use gb_diagnostics, only: diagnostics_t, span_t
     use gb_draft, only: draft_t, line_place_t, place_t, space_material, space_section, space_names
@@ -6,6 +7,7 @@ module gb_check_model
     use gb_kinds, only: wp, i8
     use gb_mesh, only: line_t, build_mesh
     use gb_text, only: to_text, upper_case
+    use gb_values, only: join_words
     implicit none
     private
 
@@ -64,14 +66,15 @@ contains
             end associate
             draft%lines_lost = .true.
             ! A line whose own reference was wrong has been reported.
-            if (draft%line_places(i)%excused(space) .or. reported .or. draft%incomplete) cycle
+            if (draft%line_places(i)%excused(space) .or. reported .or. draft%incomplete .or. &
+                draft%names_lost(space)) cycle
             if (draft%names(space)%n == 0) then
-                call diagnostics%add(draft%line_places(i)%at, 'LINE has no ' // what // ': the deck defines none', &
-                                     hint='define one with ' // upper_case(what))
+                call diagnostics%add(draft%line_places(i)%at, 'LINE has no ' // what // &
+                    ': the deck defines none', hint='define one with ' // upper_case(what))
                 reported = .true.
             else
-                call diagnostics%add(draft%line_places(i)%at, 'LINE must name its ' // what // ': the deck defines ' // &
-                                     to_text(draft%names(space)%n))
+                call diagnostics%add(draft%line_places(i)%at, 'LINE must name its ' // what // &
+                    ': the deck defines ' // to_text(draft%names(space)%n))
             end if
         end do
     end subroutine fill_in
@@ -90,7 +93,8 @@ contains
             nodes = 1 + sum(int(lines(:n)%elements, i8)*(lines(:n)%nodes - 1))
             do i = 2, n
                 if (abs(lines(i)%from - lines(i - 1)%to) <= same_place*total) cycle
-                call report_joint(lines(i - 1), lines(i), draft%line_places(i - 1), draft%line_places(i), diagnostics)
+                call report_joint(lines(i - 1), lines(i), draft%line_places(i - 1), draft%line_places(i), &
+                    diagnostics)
                 draft%lines_lost = .true.
             end do
             if (draft%lines_lost) return
@@ -116,7 +120,8 @@ contains
             nodes = draft%problem%model%lines(i)%elements*(draft%problem%model%lines(i)%nodes - 1)
             associate (x => draft%problem%model%mesh%x(node:node + nodes))
                 if (.not. all(x(2:) > x(:nodes))) then
-                    call diagnostics%add(draft%line_places(i)%at, 'the elements of this LINE are so short that nodes coincide')
+                    call diagnostics%add(draft%line_places(i)%at, &
+                        'the elements of this LINE are so short that nodes coincide')
                     draft%lines_lost = .true.
                 end if
             end associate
@@ -169,7 +174,8 @@ contains
         what = 'a gap'
         if (right%from < left%to) what = 'an overlap'
         call diagnostics%add(right_place%from, 'LINEs must join end to end: this one starts at x = ' // &
-                             to_text(right%from, 12) // ', the one before it ends at x = ' // to_text(left%to, 12) // &
+                             to_text(right%from, 12) // ', the one before it ends at x = ' // &
+                             to_text(left%to, 12) // &
                              ' (' // what // ')', other=left_place%to, note='the one before it ends here')
     end subroutine report_joint
 
@@ -182,15 +188,18 @@ contains
         associate (mesh => draft%problem%model%mesh)
             do i = 1, draft%n_places
                 associate (place => draft%places(i), first => mesh%x(1), last => mesh%x(mesh%n_nodes()))
-                    if (place%x < first - same_place*mesh%length() .or. place%x > last + same_place*mesh%length()) then
+                    if (place%x < first - same_place*mesh%length() .or. &
+                        place%x > last + same_place*mesh%length()) then
                         call diagnostics%add(place%at, 'x = ' // to_text(place%x, 12) // &
-                                             ' is not on the beam, which goes from ' // to_text(first, 12) // ' to ' // &
-                                             to_text(last, 12), hint=nearest_pair(draft, place))
+                                             ' is not on the beam, which goes from ' // &
+                                             to_text(first, 12) // &
+                                             ' to ' // to_text(last, 12), hint=nearest_pair(draft, place))
                     else if (place%at_node) then
                         if (mesh%node_at(place%x) > 0) cycle
                         low = node_below(mesh%x, place%x)
                         call diagnostics%add(place%at, 'x = ' // to_text(place%x, 12) // &
-                                             ' is not a node: the nearest nodes are at ' // to_text(mesh%x(low), 12) // &
+                                             ' is not a node: the nearest nodes are at ' // &
+                                             to_text(mesh%x(low), 12) // &
                                              ' and ' // to_text(mesh%x(low + 1), 12))
                     else
                         cycle
@@ -255,9 +264,9 @@ contains
                 do field = 1, n_fields
                     if (.not. model%prescribed(i)%driven(field)) cycle
                     if (taken(field, node)%first > 0) then
-                        call diagnostics%add(draft%prescribed_places(field, i), field_names(field) // ' is already ' // &
-                                             trim(merge('driven', 'fixed ', driven(field, node))) // ' at this node', &
-                                             other=taken(field, node), note='here')
+                        call diagnostics%add(draft%prescribed_places(field, i), field_names(field) // &
+                                             ' is already ' // trim(merge('driven', 'fixed ', driven(field, node))) // &
+                                             ' at this node', other=taken(field, node), note='here')
                     end if
                     taken(field, node) = draft%prescribed_places(field, i)
                     driven(field, node) = .true.
@@ -279,21 +288,23 @@ contains
                 do node = 1, size(x)
                     call draft%problem%model%initial(i)%formula%evaluate(x(node), value, defined)
                     if (defined) cycle
-                    call diagnostics%add(draft%initial_places(i), 'this is not a finite number at the node x = ' // &
-                                         to_text(x(node), 12))
+                    call diagnostics%add(draft%initial_places(i), &
+                        'this is not a finite number at the node x = ' // to_text(x(node), 12))
                     exit
                 end do
             end do
         end associate
     end subroutine check_initial
 
-    !> The rigid motion that supports and driven fields leave free, in words; empty where there is none. A small
-    !> rotation about the origin moves u3 = x and y1 = -1, so that u3 held at two places, or u3 and y1 held, stop it.
+    !> The rigid motion that supports and driven fields leave free, in words; empty where there is none. A
+    !> small rotation about the origin moves u3 = x and y1 = -1, so that u3 held at two places, or u3 and y1
+    !> held, stop it.
     pure function free_motion(draft) result(words)
         type(draft_t), intent(in) :: draft
         character(:), allocatable :: words
         logical :: held(n_fields), two_places
         real(wp) :: u3_at, x
+        character(40) :: motions(3)
         logical :: fixed(n_fields)
         integer :: i
 
@@ -316,24 +327,14 @@ contains
             held = held .or. fixed
         end do
         words = ''
-        if (.not. held(field_u1)) words = 'move along X1'
-        if (.not. held(field_u3)) words = joined(words, 'move along X3')
+        motions = ''
+        if (.not. held(field_u1)) motions(1) = 'move along X1'
+        if (.not. held(field_u3)) motions(2) = 'move along X3'
         if (.not. (held(field_y1) .or. two_places)) then
-            if (held(field_u3)) then
-                words = joined(words, 'turn about x = ' // to_text(u3_at, 12))
-            else
-                words = joined(words, 'turn')
-            end if
+            motions(3) = 'turn'
+            if (held(field_u3)) motions(3) = 'turn about x = ' // to_text(u3_at, 12)
         end if
-        if (len(words) > 0) words = 'it can still ' // words
+        if (any(motions /= '')) words = 'it can still ' // join_words(pack(motions, motions /= ''), 'and')
     end function free_motion
-
-    pure function joined(words, more) result(both)
-        character(*), intent(in) :: words, more
-        character(:), allocatable :: both
-
-        both = more
-        if (len(words) > 0) both = words // ' and ' // more
-    end function joined
 
 end module gb_check_model

@@ -1,5 +1,5 @@
-!> The keyword table: every command the deck knows, with its words and keys, as data. A new key is one line here;
-!> parser, `--keywords` and docs/deck.md follow.
+!> The keyword table: every command the deck knows, with its words and keys, as data. A new key is one line
+!> here; parser, `--keywords` and docs/deck.md follow.
 module gb_commands
     use gb_kinds, only: wp
     use gb_schema, only: schema_t, form_t, key_t, range_t, kind_real, kind_integer, kind_reals, kind_text, &
@@ -35,14 +35,15 @@ contains
     pure subroutine add_heading(table)
         type(schema_t), intent(inout) :: table
 
-        call table%add_form(form_t(command='GENTBEAM', description='Title: the rest of the line. Opens every deck.'))
+        call table%add_form(form_t(command='GENTBEAM', &
+            description='Title: the rest of the line. Opens every deck.'))
         call table%add_form(form_t(command='UNITS', once=.true., &
-                                   description='Labels of the units, for results and plots; any consistent set.'))
+            description='Labels of the units, for results and plots; any consistent set.'))
         call text(table, 'length', '', 'label of lengths')
         call text(table, 'force', '', 'label of forces')
         call text(table, 'time', '', 'label of times')
         call table%add_form(form_t(command='PARAMETER', open=.true., &
-                                   description='Named numbers, name=expression, for the expressions that follow.'))
+            description='Named numbers, name=expression, for the expressions that follow.'))
     end subroutine add_heading
 
     pure subroutine add_materials(table)
@@ -53,7 +54,8 @@ contains
         call real_number(table, 'mu', required, above(0.0_wp), 'shear modulus [force/length^2]')
         call real_number(table, 'c', required, at_least(0.0_wp), 'volumetric modulus [force/length^2]')
         call real_number(table, 'beta', '-2', nonzero(100.0_wp), 'exponent of the volumetric energy')
-        call real_number(table, 'jm', required, above(0.0_wp), 'limit of I1-2: how far chains can stretch')
+        call real_number(table, 'jm', required, above(0.0_wp, limit=huge(1.0_wp)), &
+            'limit of I1-2: how far chains can stretch')
         call add_density(table)
         call table%add_form(form_t(command='MATERIAL', variant='neohookean', named=.true., &
                                    description='Compressible neo-Hookean material: gent with jm = infinity.'))
@@ -62,11 +64,13 @@ contains
         call real_number(table, 'beta', '-2', nonzero(100.0_wp), 'exponent of the volumetric energy')
         call add_density(table)
         call table%add_form(form_t(command='MATERIAL', variant='elastic', named=.true., description= &
-                                   'gent from the small-strain constants: mu=e/(2(1+nu)), c=e nu/(1-nu^2)-2 mu/jm.'))
-        call real_number(table, 'e', required, above(0.0_wp), "Young's modulus at small strain [force/length^2]")
+            'gent from the small-strain constants: mu=e/(2(1+nu)), c=e nu/(1-nu^2)-2 mu/jm.'))
+        call real_number(table, 'e', required, above(0.0_wp), &
+            "Young's modulus at small strain [force/length^2]")
         call real_number(table, 'nu', required, inside(-1.0_wp, 0.5_wp), "Poisson's ratio at small strain")
         call real_number(table, 'beta', '-2', nonzero(100.0_wp), 'exponent of the volumetric energy')
-        call real_number(table, 'jm', 'infinity', above(0.0_wp), 'limit of I1-2: how far chains can stretch')
+        call real_number(table, 'jm', 'infinity', above(0.0_wp, limit=huge(1.0_wp)), &
+            'limit of I1-2: how far chains can stretch')
         call add_density(table)
     end subroutine add_materials
 
@@ -80,11 +84,12 @@ contains
         type(schema_t), intent(inout) :: table
 
         call table%add_form(form_t(command='SECTION', variant='rectangle', named=.true., &
-                                   description='Rectangular cross-section, and how its thickness is integrated.'))
+            description='Rectangular cross-section, and how its thickness is integrated.'))
         call real_number(table, 'b', required, above(0.0_wp), 'width [length]')
         call real_number(table, 'h', required, above(0.0_wp), 'thickness [length]')
         call choice(table, 'rule', 'gauss', 'gauss linear auto', &
-                    'thickness rule: Gauss points, linear resultants, or chosen by the program', coming='auto')
+                    'thickness rule: Gauss points, linear resultants, or chosen by the program', &
+                    coming='auto')
         call whole_number(table, 'points', '3', between(1.0_wp, 10.0_wp), &
                           'Gauss points through the thickness (rule=gauss)')
         call real_number(table, 'tolerance', '1e-3', inside(0.0_wp, 1.0_wp), 'error aimed at (rule=auto)')
@@ -194,7 +199,7 @@ contains
         call real_number(table, 'frequency', required, above(0.0_wp), 'cycles per time [1/time]')
         call real_number(table, 'phase', '0', range_t(), 'phase at t = 0 [rad]')
         call table%add_form(form_t(command='HISTORY', variant='table', named=.true., available=.false., &
-                                   description='Linear between given points, held outside: t= and f=, or file=.'))
+            description='Linear between given points, held outside: t= and f=, or file=.'))
         call reals(table, 't', 'increasing times [time]')
         call reals(table, 'f', 'factors at these times')
         call text(table, 'file', '', 'text file of two columns, t and f')
@@ -218,7 +223,8 @@ contains
         type(schema_t), intent(inout) :: table
         character(*), intent(in) :: variant, description, unit
 
-        call table%add_form(form_t(command='INITIAL', variant=variant, available=.false., description=description))
+        call table%add_form(form_t(command='INITIAL', variant=variant, available=.false., &
+            description=description))
         call formula(table, 'u1', 'x', one_of, 'of u1 ' // unit)
         call formula(table, 'u3', 'x', one_of, 'of u3 ' // unit)
         call formula(table, 'y1', 'x', one_of, 'of y1')
@@ -229,18 +235,22 @@ contains
     pure subroutine add_output(table)
         type(schema_t), intent(inout) :: table
 
-        call table%add_form(form_t(command='PROBE', named=.true., words=fields // ' v1 v3 a1 a3', most_words=1, &
-                                   description='A value to follow: a field, or velocity v or acceleration a.'))
+        call table%add_form(form_t(command='PROBE', named=.true., words=fields // ' v1 v3 a1 a3', &
+            most_words=1, description='A value to follow: a field, or velocity v or acceleration a.'))
         call real_number(table, 'x', required, range_t(), 'place: anywhere on the beam [length]')
-        call table%add_form(form_t(command='OUTPUT', once=.true., description='What goes to the results file.'))
+        call table%add_form(form_t(command='OUTPUT', once=.true., &
+            description='What goes to the results file.'))
         call text(table, 'file', "the deck's name", 'results file, without its ending .h5')
         call whole_number(table, 'every', '1', between(1.0_wp, 1.0e9_wp), 'steps from one row to the next')
-        call table%add_key(key_t(name='fields', kind=kind_choices, default='u', choices='u v a strain stress none', &
-                                 coming='strain stress', description='histories of the whole beam that are kept'))
+        call table%add_key(key_t(name='fields', kind=kind_choices, default='u', &
+            choices='u v a strain stress none', &
+                                 coming='strain stress', &
+                                 description='histories of the whole beam that are kept'))
         call table%add_form(form_t(command='SWEEP', open=.true., available=.false., description= &
-                                   'Runs the deck for every value of a parameter, parameter=[list]; several cross.'))
+            'Runs the deck for every value of a parameter, parameter=[list]; several cross.'))
         call text(table, 'file', '', 'table with a header line of parameter names')
-        call table%add_form(form_t(command='END', part=part_any, once=.true., description='Closes the model.'))
+        call table%add_form(form_t(command='END', part=part_any, once=.true., &
+            description='Closes the model.'))
     end subroutine add_output
 
     pure subroutine add_solutions(table)
@@ -275,7 +285,8 @@ contains
         call choice(table, 'solver', 'chosen by itself', 'lapack block', 'linear solver', coming='block')
         call real_number(table, 'tolerance', '1e-10', between(1.0e-15_wp, 0.1_wp), &
                          "relative size of Newton's last increment")
-        call whole_number(table, 'iterations', '25', between(1.0_wp, 1000.0_wp), 'Newton iterations a step at most')
+        call whole_number(table, 'iterations', '25', between(1.0_wp, 1000.0_wp), &
+            'Newton iterations a step at most')
         call whole_number(table, 'cuts', '10', between(0.0_wp, 40.0_wp), 'halvings of a step at most')
         call reference(table, 'name', name, 'name of its results')
     end subroutine add_newton
@@ -284,14 +295,17 @@ contains
         type(schema_t), intent(inout) :: table
 
         call open_transient(table, 'newmark', .true., "Newmark's scheme.")
-        call real_number(table, 'beta', '0.25', between(0.0_wp, 1.0_wp, low_open=.true.), 'of the displacements')
+        call real_number(table, 'beta', '0.25', between(0.0_wp, 1.0_wp, low_open=.true.), &
+            'of the displacements')
         call real_number(table, 'gamma', '0.5', between(0.0_wp, 1.0_wp), 'of the velocities')
         call add_steps(table)
         call open_transient(table, 'hht', .false., 'Hilber, Hughes and Taylor.')
-        call real_number(table, 'alpha', '-0.05', between(-1.0_wp/3.0_wp, 0.0_wp), 'damping, from -1/3 to 0 (none)')
+        call real_number(table, 'alpha', '-0.05', between(-1.0_wp/3.0_wp, 0.0_wp), &
+            'damping, from -1/3 to 0 (none)')
         call add_steps(table)
         call open_transient(table, 'generalized', .false., 'Generalized alpha (Chung and Hulbert).')
-        call real_number(table, 'rho', '0.8', between(0.0_wp, 1.0_wp), 'spectral radius at infinite frequency')
+        call real_number(table, 'rho', '0.8', between(0.0_wp, 1.0_wp), &
+            'spectral radius at infinite frequency')
         call add_steps(table)
         call open_transient(table, 'bathe', .false., 'Two sub-steps: trapezoidal, then backward.')
         call real_number(table, 'rho', '0', between(0.0_wp, 1.0_wp), 'spectral radius at infinite frequency')
@@ -310,8 +324,8 @@ contains
         character(*), intent(in) :: scheme, description
         logical, intent(in) :: available
 
-        call table%add_form(form_t(command='TRANSIENT', variant=scheme, part=part_solution, available=available, &
-                                   description='Motion in time. ' // description))
+        call table%add_form(form_t(command='TRANSIENT', variant=scheme, part=part_solution, &
+            available=available, description='Motion in time. ' // description))
     end subroutine open_transient
 
     pure subroutine add_steps(table)
@@ -319,8 +333,8 @@ contains
 
         call real_number(table, 'end', required, above(0.0_wp), 'time from the start of this command [time]')
         call real_number(table, 'step', one_of, above(0.0_wp), 'time step [time]')
-        call table%add_key(key_t(name='accuracy', one_of=.true., range=inside(0.0_wp, 1.0_wp), available=.false., &
-                                 description='relative local error of adaptive steps'))
+        call table%add_key(key_t(name='accuracy', one_of=.true., range=inside(0.0_wp, 1.0_wp), &
+            available=.false., description='relative local error of adaptive steps'))
         call add_newton(table, 'transient')
     end subroutine add_steps
 
@@ -329,8 +343,8 @@ contains
 
         call table%add_form(form_t(command='CHECKPOINT', part=part_solution, available=.false., description= &
                                    'Writes checkpoints while the commands that follow run.'))
-        call table%add_key(key_t(name='every', kind=kind_integer, one_of=.true., range=between(1.0_wp, 1.0e9_wp), &
-                                 description='steps from one to the next'))
+        call table%add_key(key_t(name='every', kind=kind_integer, one_of=.true., range=between(1.0_wp, &
+            1.0e9_wp), description='steps from one to the next'))
         call real_number(table, 'seconds', one_of, above(0.0_wp), 'wall time from one to the next [s]')
         call text(table, 'file', 'results name .chk.h5', 'checkpoint file')
         call table%add_form(form_t(command='STOP', part=part_any, &
@@ -342,8 +356,8 @@ contains
         character(*), intent(in) :: name, default, description
         type(range_t), intent(in) :: range
 
-        call table%add_key(with_default(key_t(name=name, kind=kind_real, range=range, description=description), &
-                                        default))
+        call table%add_key(with_default(key_t(name=name, kind=kind_real, range=range, &
+            description=description), default))
     end subroutine real_number
 
     pure subroutine whole_number(table, name, default, range, description)
@@ -351,8 +365,8 @@ contains
         character(*), intent(in) :: name, default, description
         type(range_t), intent(in) :: range
 
-        call table%add_key(with_default(key_t(name=name, kind=kind_integer, range=range, description=description), &
-                                        default))
+        call table%add_key(with_default(key_t(name=name, kind=kind_integer, range=range, &
+            description=description), default))
     end subroutine whole_number
 
     pure subroutine reals(table, name, description)

@@ -9,8 +9,8 @@ module gb_deck
     use gb_command, only: command_t
     use gb_commands, only: command_table
     use gb_diagnostics, only: diagnostics_t, span_t, utf8_mark
-    use gb_draft, only: draft_t, new_draft, resize, space_material, space_section, space_history, space_probe, &
-        space_task
+    use gb_draft, only: draft_t, new_draft, resize, space_material, space_section, space_history, &
+        space_probe, space_task
     use gb_expression, only: parameters_t
     use gb_lexer, only: statement_t, next_statement, title_text, token_word, token_quoted
     use gb_names, only: is_name
@@ -31,7 +31,7 @@ module gb_deck
         integer :: first = 1                    !! where the text begins, behind a byte-order mark
         integer :: limit = 0                    !! bytes of text before the first byte that is none
         logical :: has_end = .false.
-        logical :: misplaced = .false.          !! a model command stands after END, or a solution command before it
+        logical :: misplaced = .false.          !! a model command after END, or a solution command before it
     end type survey_t
 
     !> How far the reading has come.
@@ -48,8 +48,8 @@ module gb_deck
 
 contains
 
-    !> Read a deck. Where `diagnostics` counts none, `problem` is complete and consistent; else it is of no use.
-    !> `overrides` replace the values of parameters (--set).
+    !> Read a deck. Where `diagnostics` counts none, `problem` is complete and consistent; else it is of no
+    !> use. `overrides` replace the values of parameters (--set).
     subroutine read_deck(source, overrides, problem, diagnostics)
         type(source_t), intent(in) :: source
         type(override_t), intent(in) :: overrides(:)
@@ -72,7 +72,8 @@ contains
         do while (.not. progress%stopped)
             call next_statement(source%text, survey%limit, position, statement, diagnostics)
             if (statement%n > 0) then
-                call read_statement(source%text, statement, overrides, survey, progress, parameters, draft, diagnostics)
+                call read_statement(source%text, statement, overrides, survey, progress, parameters, draft, &
+                    diagnostics)
             else if (statement%sound) then
                 exit
             else
@@ -94,8 +95,8 @@ contains
         problem%parameters = parameter_lines(parameters)
     end subroutine read_deck
 
-    !> Look through the whole deck for the names it defines and the order of its commands: with that, later messages
-    !> can tell what is missing from what is only in the wrong place.
+    !> Look through the whole deck for the names it defines and the order of its commands: with that, later
+    !> messages can tell what is missing from what is only in the wrong place.
     subroutine look_ahead(text, table, draft, parameters, survey)
         character(*), intent(in) :: text
         type(schema_t), intent(in) :: table
@@ -215,7 +216,8 @@ contains
             progress%stopped = .true.
             return
         case ('GENTBEAM')
-            if (in_place .and. statement%n > 1) draft%problem%model%title = title_text(text, statement%tokens(2)%at)
+            if (in_place .and. statement%n > 1) draft%problem%model%title = title_text(text, &
+                statement%tokens(2)%at)
             return
         case ('PARAMETER')
             call parse_parameters(text, statement, overrides, parameters, diagnostics)
@@ -296,7 +298,8 @@ contains
             select case (progress%table%forms(form)%part)
             case (part_model)
                 in_place = progress%end_place%first == 0
-                if (.not. in_place) call diagnostics%add(at, name // ' belongs to the model: it stands before END', &
+                if (.not. in_place) call diagnostics%add(at, name // &
+                    ' belongs to the model: it stands before END', &
                                                          other=progress%end_place, note='END is here')
                 if (name == 'GENTBEAM' .and. progress%last_command%first > at%first) in_place = .false.
             case (part_solution)
@@ -304,7 +307,8 @@ contains
                 if (progress%closed) return
                 in_place = .not. survey%has_end
                 if (in_place) then
-                    call diagnostics%add(at, 'END is missing: it closes the model before the first solution command')
+                    call diagnostics%add(at, &
+                        'END is missing: it closes the model before the first solution command')
                     call close_model(draft, at, diagnostics)
                     progress%closed = .true.
                 else
@@ -383,7 +387,6 @@ contains
         case ('PRESCRIBE')
             draft%supports_lost = .true.
         end select
-        if (len(command%name) == 0 .and. any(name == [character(8) :: 'MATERIAL', 'SECTION'])) draft%incomplete = .true.
     end subroutine remember_loss
 
     !> The deck has ended: was it all there?
@@ -393,11 +396,11 @@ contains
         type(diagnostics_t), intent(inout) :: diagnostics
 
         if (.not. progress%titled) then
-            if (diagnostics%count() == 0) call diagnostics%add(span_t(1, 1), 'the deck is empty: it holds no command', &
-                                                               hint="a deck begins with GENTBEAM and a title")
+            if (diagnostics%count() == 0) call diagnostics%add(span_t(1, 1), &
+                'the deck is empty: it holds no command', hint="a deck begins with GENTBEAM and a title")
         else if (.not. progress%closed) then
-            if (.not. draft%incomplete) call diagnostics%add(progress%last_command, 'the deck ends without END', &
-                hint='END closes the model; solution commands follow')
+            if (.not. draft%incomplete) call diagnostics%add(progress%last_command, &
+                'the deck ends without END', hint='END closes the model; solution commands follow')
         else if (.not. progress%any_task) then
             call diagnostics%add(progress%end_place, 'no solution command follows END', &
                                  hint='add STATIC, MODAL or TRANSIENT')

@@ -1,5 +1,5 @@
-!> The problem while the deck is being read: lists that grow, names with the places of their definitions, and what
-!> has to be looked at again once the model is closed.
+!> The problem while the deck is being read: lists that grow, names with the places of their definitions, and
+!> what has to be looked at again once the model is closed.
 module gb_draft
     use gb_command, only: command_t
     use gb_diagnostics, only: diagnostics_t, span_t, quoted
@@ -7,18 +7,18 @@ module gb_draft
     use gb_load, only: support_t, prescribed_t, point_load_t, distributed_load_t, gravity_t, initial_t
     use gb_mesh, only: line_t
     use gb_kinds, only: wp
-    use gb_names, only: name_table_t, max_name
+    use gb_names, only: name_table_t, is_name
     use gb_problem, only: problem_t, probe_t, task_t
     use gb_section, only: material_t, section_t
-    use gb_text, only: lower_case, nearest_name
+    use gb_values, only: suggestion
     implicit none
     private
 
     !> The kinds of names. Names and the model's lists are numbered alike.
     integer, parameter, public :: space_material = 1, space_section = 2, space_history = 3, space_probe = 4, &
         space_task = 5
-    character(8), parameter, public :: space_names(5) = [character(8) :: 'material', 'section', 'history', 'probe', &
-        'name']
+    character(8), parameter, public :: space_names(5) = [character(8) :: 'material', 'section', 'history', &
+        'probe', 'name']
 
     !> A place x of the deck that must be a node, or at least on the beam.
     type, public :: place_t
@@ -39,19 +39,20 @@ module gb_draft
         type(name_table_t) :: later(5)          !! every name the deck defines anywhere, by kind
         type(name_table_t) :: ghosts            !! names in commands that could not be understood
         character(:), allocatable :: folder     !! where files are looked for
-        integer :: n_lines = 0, n_supports = 0, n_prescribed = 0, n_points = 0, n_distributed = 0, n_gravity = 0, &
-            n_initial = 0, n_places = 0
+        integer :: n_lines = 0, n_supports = 0, n_prescribed = 0, n_points = 0, n_distributed = 0, &
+            n_gravity = 0, n_initial = 0, n_places = 0
         type(line_place_t), allocatable :: line_places(:)       !! (n_lines)
         type(span_t), allocatable :: support_places(:)          !! (n_supports)
         type(span_t), allocatable :: prescribed_places(:, :)    !! (5, n_prescribed) of the fields' values
         type(span_t), allocatable :: initial_places(:)          !! (n_initial)
         type(place_t), allocatable :: places(:)
-        integer :: repeats(3) = 0               !! default names given so far: static, modal, transient
+        integer :: repeats(3) = 0               !! default names given so far, by kind of task
+        logical :: names_lost(5) = .false.      !! a definition without a usable name: any name may be its
         logical :: incomplete = .false.         !! a command was lost: what is absent may be no mistake
         logical :: lines_lost = .false.         !! a LINE was wrong: there is no mesh to check against
         logical :: supports_lost = .false.      !! a support was wrong
         logical :: has_mesh = .false.
-        character(:), allocatable :: loose      !! what rigid motion the supports leave, in words; empty if none
+        character(:), allocatable :: loose      !! what rigid motion the supports leave, in words, or empty
     contains
         procedure :: define
         procedure :: resolve
@@ -60,9 +61,9 @@ module gb_draft
     end type draft_t
 
     interface resize
-        module procedure resize_materials, resize_sections, resize_lines, resize_line_places, resize_supports, &
-            resize_prescribed, resize_points, resize_distributed, resize_gravity, resize_initial, resize_histories, &
-            resize_probes, resize_tasks, resize_places, resize_spans
+        module procedure resize_materials, resize_sections, resize_lines, resize_line_places, &
+            resize_supports, resize_prescribed, resize_points, resize_distributed, resize_gravity, &
+            resize_initial, resize_histories, resize_probes, resize_tasks, resize_places, resize_spans
     end interface resize
 
     public :: new_draft, resize
@@ -81,7 +82,8 @@ contains
             model%units%length = ''
             model%units%force = ''
             model%units%time = ''
-            allocate (model%materials(0), model%sections(0), model%lines(0), model%supports(0), model%prescribed(0))
+            allocate (model%materials(0), model%sections(0), model%lines(0), model%supports(0), &
+                model%prescribed(0))
             allocate (model%histories(1), model%point_loads(0), model%distributed_loads(0), model%gravity(0))
             allocate (model%initial(0))
             model%histories(1)%name = 'step'
@@ -93,8 +95,8 @@ contains
         draft%problem%parameters = ''
     end subroutine new_draft
 
-    !> Enter the name a command defines, as sound as the command. `number` is its place in the model's list, or 0
-    !> where the name is taken or none, which has been reported.
+    !> Enter the name a command defines, as sound as the command. `number` is its place in the model's list,
+    !> or 0 where the name is taken or none, which has been reported.
     pure subroutine define(self, space, command, diagnostics, number)
         class(draft_t), intent(inout) :: self
         integer, intent(in) :: space
@@ -104,7 +106,10 @@ contains
         integer :: first
 
         number = 0
-        if (len(command%name) == 0 .or. len(command%name) > max_name) return
+        if (.not. is_name(command%name, hyphens=.true.)) then
+            self%names_lost(space) = .true.
+            return
+        end if
         first = self%names(space)%find(command%name)
         if (first == 0) then
             call self%names(space)%define(command%name, command%name_at, command%sound)
@@ -131,7 +136,8 @@ contains
         end if
     end subroutine report_twice
 
-    !> Number of a name that is used at `at`: 0 where it is unknown (which is reported) or its definition was wrong.
+    !> Number of a name that is used at `at`: 0 where it is unknown (which is reported) or its definition was
+    !> wrong.
     pure subroutine resolve(self, space, name, at, diagnostics, number)
         class(draft_t), intent(in) :: self
         integer, intent(in) :: space
@@ -139,7 +145,7 @@ contains
         type(span_t), intent(in) :: at
         type(diagnostics_t), intent(inout) :: diagnostics
         integer, intent(out) :: number
-        character(:), allocatable :: what, hint
+        character(:), allocatable :: what
         integer :: later
 
         number = self%names(space)%find(name)
@@ -147,17 +153,15 @@ contains
             if (.not. self%names(space)%is_sound(number)) number = 0
             return
         end if
-        if (self%ghosts%find(name) > 0) return
+        if (self%ghosts%find(name) > 0 .or. self%names_lost(space)) return
         what = trim(space_names(space)) // ' ' // quoted(name)
         later = self%later(space)%find(name)
         if (later > 0) then
             call diagnostics%add(at, what // ' is used before it is defined', &
                                  other=self%later(space)%span(later), note='defined here')
         else
-            hint = ''
-            if (.not. diagnostics%is_full()) hint = nearest_name(name, self%names(space)%known())
-            if (len(hint) > 0) hint = 'did you mean ' // quoted(hint) // '?'
-            call diagnostics%add(at, 'unknown ' // what, hint=hint)
+            call diagnostics%add(at, 'unknown ' // what, &
+                                 hint=suggestion(name, self%names(space)%known(), diagnostics))
         end if
     end subroutine resolve
 

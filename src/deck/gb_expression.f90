@@ -1,5 +1,5 @@
-!> Expressions of the deck: text to postfix programs, by recursive descent. Constant parts are computed while they
-!> are read, so that a division by zero is reported where it stands.
+!> Expressions of the deck: text to postfix programs, by recursive descent. Constant parts are computed
+!> while they are read, so that a division by zero is reported where it stands.
 !>
 !>     sum      = product  { (+|-) product }
 !>     product  = signed   { (*|/) signed }
@@ -11,9 +11,9 @@ module gb_expression
     use gb_diagnostics, only: span_t, quoted
     use gb_lexer, only: skip_filler
     use gb_names, only: name_table_t, max_name
-    use gb_program, only: program_t, instruction_t, op_constant, op_variable, op_add, op_subtract, op_multiply, &
-        op_divide, op_power, op_negate, op_function, function_names, function_arguments
-    use gb_text, only: lower_case, nearest_name, to_text
+    use gb_program, only: program_t, instruction_t, op_constant, op_variable, op_add, op_subtract, &
+        op_multiply, op_divide, op_power, op_negate, op_function, function_names, function_arguments
+    use gb_text, only: lower_case, to_text
     implicit none
     private
 
@@ -32,8 +32,9 @@ module gb_expression
         real(wp) :: value = 0.0_wp              !! of a constant expression
         logical :: sound = .true.
         type(span_t) :: at                      !! the place of the error, if there is one to report
-        character(:), allocatable :: message    !! empty though not sound: a parameter it uses has been reported
+        character(:), allocatable :: message    !! empty: a parameter it uses has been reported before
         character(:), allocatable :: hint
+        character(:), allocatable :: unknown    !! a name that means nothing: something like it may be meant
         type(span_t) :: other                   !! a second place, see `note`
         character(:), allocatable :: note
     end type expression_t
@@ -65,8 +66,8 @@ module gb_expression
 
 contains
 
-    !> Compile the expression in text(at%first:at%last). `variable` is the letter of the free variable (x or t), or
-    !> blank. An expression in vain is told in the result: nothing is reported here.
+    !> Compile the expression in text(at%first:at%last). `variable` is the letter of the free variable (x or
+    !> t), or blank. An expression in vain is told in the result: nothing is reported here.
     pure subroutine compile_expression(text, at, parameters, variable, expression)
         character(*), intent(in) :: text
         type(span_t), intent(in) :: at
@@ -82,6 +83,7 @@ contains
         reader%result%message = ''
         reader%result%hint = ''
         reader%result%note = ''
+        reader%result%unknown = ''
         allocate (reader%code(8))
         call read_sum(reader, text, parameters, whole)
         if (reader%result%sound .and. reader%place <= reader%last) call complain_of_rest(reader, text)
@@ -117,7 +119,8 @@ contains
     pure logical function is_reserved(name)
         character(*), intent(in) :: name
 
-        is_reserved = any(function_names == lower_case(name)) .or. any(['pi', 'x ', 't '] == lower_case(name))
+        is_reserved = any(function_names == lower_case(name)) .or. &
+            any(['pi', 'x ', 't '] == lower_case(name))
     end function is_reserved
 
     pure recursive subroutine read_sum(reader, text, parameters, whole)
@@ -236,7 +239,8 @@ contains
         else if (next == '*' .and. text(max(1, first - 1):max(1, first - 1)) == '*') then
             call complain(reader, first - 1, first, "'**' is no operator", "write '^' for a power")
         else
-            call complain(reader, first, end_of_character(text, first, reader%last), 'a value is expected before ' // &
+            call complain(reader, first, end_of_character(text, first, reader%last), &
+                'a value is expected before ' // &
                           quoted(text(first:end_of_character(text, first, reader%last))))
         end if
         whole%at = span_t(first, reader%taken)
@@ -346,8 +350,8 @@ contains
         if (.not. reader%result%sound) return
         if (n < function_arguments(number) .or. (function_arguments(number) == 1 .and. n > 1)) then
             call complain(reader, at%first, reader%taken, quoted(name) // ' takes ' // trim(merge( &
-                          'one argument         ', 'two arguments or more', function_arguments(number) == 1)) // &
-                          ', and has ' // to_text(n) // ' here')
+                          'one argument         ', 'two arguments or more', &
+                          function_arguments(number) == 1)) // ', and has ' // to_text(n) // ' here')
         else if (function_arguments(number) == 1) then
             call apply(reader, number, span_t(at%first, reader%taken), whole%constant)
         end if
@@ -390,7 +394,8 @@ contains
         real(wp) :: value
         logical :: defined
 
-        if (right%constant .and. operation == op_divide .and. abs(reader%code(reader%n)%value) <= 0.0_wp) then
+        if (operation == op_divide .and. right%constant .and. &
+            abs(reader%code(reader%n)%value) <= 0.0_wp) then
             call complain(reader, right%at%first, right%at%last, 'division by zero')
             return
         end if
@@ -424,7 +429,8 @@ contains
         if (operation == op_power .and. abs(left) <= 0.0_wp) then
             call complain(reader, at%first, at%last, 'zero to a negative power is not a finite number')
         else if (operation == op_power .and. left < 0.0_wp .and. abs(right - anint(right)) > 0.0_wp) then
-            call complain(reader, at%first, at%last, 'a negative number has no power that is not a whole number')
+            call complain(reader, at%first, at%last, &
+                'a negative number has no power that is not a whole number')
         else
             call complain(reader, at%first, at%last, 'the result is not a finite number')
         end if
@@ -462,10 +468,11 @@ contains
         else if (text(first:place - 1) == '.') then
             call complain(reader, first, first, "'.' is not a number")
         else if (place - first > longest_number) then
-            call complain(reader, first, place - 1, 'this number has more than ' // to_text(longest_number) // &
-                          ' characters')
+            call complain(reader, first, place - 1, 'this number has more than ' // &
+                to_text(longest_number) // ' characters')
         else
-            call convert(text(first:place - 1), merge(exponent_at - first + 1, 0, exponent_at > 0), value, fits)
+            call convert(text(first:place - 1), merge(exponent_at - first + 1, 0, exponent_at > 0), value, &
+                fits)
             if (fits) then
                 call emit(reader, op_constant, value, 1)
             else
@@ -475,13 +482,14 @@ contains
         end if
     end subroutine read_number
 
-    !> Value of a well-formed number. The decimal exponent is looked at first: the runtime library would overflow.
+    !> Value of a well-formed number. The decimal exponent is looked at first: the runtime library would
+    !> overflow.
     pure subroutine convert(number, mark, value, fits)
         character(*), intent(in) :: number
         integer, intent(in) :: mark             !! place of the exponent's letter, 0 without
         real(wp), intent(out) :: value
         logical, intent(out) :: fits
-        real(wp), parameter :: reserve = 1.0e20_wp
+        character(17), parameter :: largest = '17976931348623157'      !! digits of huge(value)
         character(:), allocatable :: mantissa
         character(longest_number + 16) :: buffer
         integer :: exponent, leading, point, first, status
@@ -499,19 +507,27 @@ contains
         point = index(mantissa // '.', '.')
         leading = exponent + merge(point - first - 1, point - first, first < point)
         fits = leading <= range(value) + 1
+        if (leading == range(value) + 1) fits = leading_digits(mantissa(first:)) <= largest
         if (.not. fits .or. leading < -range(value) - 20) return
-        if (leading >= range(value) - 1) then
-            ! Close to the limit: read a smaller number and compare.
-            buffer = mantissa // 'e' // to_text(exponent - 20)
-            read (buffer, *, iostat=status) value
-            fits = status == 0 .and. value <= huge(value)/reserve
-            if (fits) value = value*reserve
-        else
-            buffer = mantissa // 'e' // to_text(exponent)
-            read (buffer, *, iostat=status) value
-            fits = status == 0
-        end if
+        buffer = mantissa // 'e' // to_text(exponent)
+        read (buffer, *, iostat=status) value
+        fits = status == 0
     end subroutine convert
+
+    !> The first 17 digits of a mantissa, its point left out.
+    pure character(17) function leading_digits(mantissa)
+        character(*), intent(in) :: mantissa
+        integer :: i, n
+
+        leading_digits = repeat('0', 17)
+        n = 0
+        do i = 1, len(mantissa)
+            if (mantissa(i:i) == '.') cycle
+            if (n == 17) exit
+            n = n + 1
+            leading_digits(n:n) = mantissa(i:i)
+        end do
+    end function leading_digits
 
     !> A whole number whose size beyond a million does not matter.
     pure integer function bounded_integer(text) result(number)
@@ -613,7 +629,8 @@ contains
         if (before < 1 .or. before > len(text)) then
             call complain(reader, 1, 1, 'a value is expected')
         else
-            call complain(reader, before, before, 'a value is expected after ' // quoted(text(before:before)))
+            call complain(reader, before, before, 'a value is expected after ' // &
+                quoted(text(before:before)))
         end if
     end subroutine complain_of_end
 
@@ -630,9 +647,11 @@ contains
         else if (text(place:place) == ',') then
             call complain(reader, place, place, "a ',' stands only between the arguments of a function")
         else if (scan(text(place:place), letters // digits // '.(') > 0) then
-            call complain(reader, place, last, 'an operator is expected before ' // quoted(text(place:last)))
+            call complain(reader, place, last, 'an operator is expected before ' // &
+                quoted(text(place:last)))
         else
-            call complain(reader, place, last, 'unexpected ' // quoted(text(place:last)) // ' in an expression')
+            call complain(reader, place, last, 'unexpected ' // quoted(text(place:last)) // &
+                ' in an expression')
         end if
     end subroutine complain_of_rest
 
@@ -646,8 +665,8 @@ contains
             call complain(reader, at%first, at%last, quoted(name) // ' is a parameter, not a function', &
                           "write '*' to multiply")
         else
-            call complain(reader, at%first, at%last, 'unknown function ' // quoted(name), &
-                          suggestion(name, function_names))
+            call complain(reader, at%first, at%last, 'unknown function ' // quoted(name))
+            reader%result%unknown = name
         end if
     end subroutine complain_of_call
 
@@ -668,22 +687,15 @@ contains
             call complain(reader, at%first, at%last, "'t' has no value here", &
                           "expressions of t stand in HISTORY formula alone")
         else if (later > 0) then
-            call complain(reader, at%first, at%last, 'parameter ' // quoted(name) // ' is used before it is defined')
+            call complain(reader, at%first, at%last, 'parameter ' // quoted(name) // &
+                ' is used before it is defined')
             reader%result%other = parameters%later%span(later)
             reader%result%note = 'defined here'
         else
-            call complain(reader, at%first, at%last, 'undefined parameter ' // quoted(name), &
-                          suggestion(name, [character(max_name) :: parameters%names%known(), function_names, 'pi']))
+            call complain(reader, at%first, at%last, 'undefined parameter ' // quoted(name))
+            reader%result%unknown = name
         end if
     end subroutine complain_of_name
-
-    pure function suggestion(name, candidates) result(hint)
-        character(*), intent(in) :: name, candidates(:)
-        character(:), allocatable :: hint
-
-        hint = nearest_name(name, candidates)
-        if (len(hint) > 0) hint = 'did you mean ' // quoted(hint) // '?'
-    end function suggestion
 
     !> Last byte of the UTF-8 character that starts at `first`.
     pure integer function end_of_character(text, first, bound) result(last)

@@ -1,8 +1,9 @@
-!> The deck reference, written from the keyword table: as plain text for `--keywords`, as Markdown for docs/deck.md.
+!> The deck reference, written from the keyword table: as plain text for `--keywords`, as Markdown for
+!> docs/deck.md.
 module gb_keywords
     use gb_commands, only: command_table
-    use gb_schema, only: schema_t, form_t, key_t, split_words, kind_real, kind_integer, kind_reals, kind_text, &
-        kind_choice, kind_choices, kind_name, kind_names, kind_formula, max_keyword
+    use gb_schema, only: schema_t, form_t, key_t, split_words, kind_real, kind_integer, kind_reals, &
+        kind_text, kind_choice, kind_choices, kind_name, kind_names, kind_formula, max_keyword
     use gb_values, only: join_words
     implicit none
     private
@@ -20,7 +21,8 @@ contains
 
         table = command_table()
         if (.not. markdown) then
-            write (unit, '(a)') 'Commands of the deck. A key marked * is required; of those marked + one at least;'
+            write (unit, &
+                '(a)') 'Commands of the deck. A key marked * is required; of those marked + one at least;'
             write (unit, '(a)') 'defaults stand in parentheses.'
         end if
         do i = 1, table%n_forms
@@ -64,16 +66,16 @@ contains
         do i = table%forms(form)%first_key, table%forms(form)%last_key
             if (first_form_with(table, form, i) /= form) cycle
             associate (key => table%keys(i))
-                write (unit, '(a)') '| `' // trim(key%name) // '` | ' // default_text(key) // ' | ' // takes(key) // &
-                    ' | ' // trim(key%description) // waiting(key) // ' |'
+                write (unit, '(a)') '| `' // trim(key%name) // '` | ' // default_text(key) // ' | ' // &
+                    takes(key) // ' | ' // trim(key%description) // waiting(key) // ' |'
             end associate
         end do
         write (unit, '(a)') ''
         if (len(shared_keys(table, form, '`')) > 0) write (unit, '(a,/)') shared_keys(table, form, '`')
     end subroutine print_section
 
-    !> The first form of the same command whose key is the same in every respect, if there are many such: then the
-    !> key is not described again. Else the form itself.
+    !> The first form of the same command whose key is the same in every respect, if there are many such: then
+    !> the key is not described again. Else the form itself.
     pure integer function first_form_with(table, form, key) result(first)
         type(schema_t), intent(in) :: table
         integer, intent(in) :: form, key

@@ -1,16 +1,18 @@
-!> From text to statements: a statement is one command with its continuation lines, cut into words, quoted texts,
-!> lists and equals signs. Tokens are spans of the source, so that every later message finds its place.
+!> From text to statements: a statement is one command with its continuation lines, cut into words, quoted
+!> texts, lists and equals signs. Tokens are spans of the source, so that every later message finds its place.
 module gb_lexer
     use gb_diagnostics, only: diagnostics_t, span_t
     use gb_text, only: lower_case, newline
     implicit none
     private
 
-    integer, parameter, public :: token_word = 1, token_quoted = 2, token_equals = 3, token_list = 4, token_title = 5
+    integer, parameter, public :: token_word = 1, token_quoted = 2, token_equals = 3, token_list = 4, &
+        token_title = 5
 
     type, public :: token_t
         integer :: kind = token_word
         type(span_t) :: at              !! brackets and quotes included
+        logical :: lettered = .false.   !! a word that starts as names do
     end type token_t
 
     type, public :: statement_t
@@ -88,8 +90,8 @@ contains
             do while (last < at%last - 1)
                 if (text(last:last) == '(') depth = depth + 1
                 if (text(last:last) == ')') depth = depth - 1
-                if (depth <= 0 .and. scan(text(last + 1:last + 1), ' ,!#"' // achar(9) // newline // achar(13)) > 0) &
-                    exit
+                if (depth <= 0 .and. scan(text(last + 1:last + 1), ' ,!#"' // achar(9) // newline // &
+                    achar(13)) > 0) exit
                 if (ends_line(text, at%last, last + 1)) exit
                 last = last + 1
             end do
@@ -105,7 +107,8 @@ contains
         parts = parts(:n)
     end subroutine split_list
 
-    !> Pass over what separates values inside brackets and parentheses: blanks, line ends with their `&`, comments.
+    !> Pass over what separates values inside brackets and parentheses: blanks, line ends with their `&`,
+    !> comments.
     pure subroutine skip_filler(text, limit, place, commas)
         character(*), intent(in) :: text
         integer, intent(in) :: limit
@@ -280,6 +283,8 @@ contains
             statement%sound = .false.
         else
             call push(statement, token_word, first, last - 1)
+            statement%tokens(statement%n)%lettered = scan(lower_case(text(first:first)), &
+                                                          'abcdefghijklmnopqrstuvwxyz') > 0
         end if
     end subroutine read_word
 
@@ -350,12 +355,13 @@ contains
         do while (place <= at%last)
             if (ends_line(text, at%last, place)) then
                 call skip_continuations(text, at%last, place)
-                title(n + 1:n + 1) = ' '
+                n = len_trim(title(:n)) + 1
+                title(n:n) = ' '
             else
-                title(n + 1:n + 1) = text(place:place)
+                n = n + 1
+                title(n:n) = text(place:place)
                 place = place + 1
             end if
-            n = n + 1
         end do
         title = title(:n)
         if (n >= 2) then

@@ -5,9 +5,9 @@ module gb_parameters
     use gb_kinds, only: wp
     use gb_lexer, only: statement_t, token_word, token_equals, token_list
     use gb_names, only: is_name
-    use gb_parser, only: is_key, has_value
-    use gb_text, only: exact_text, lower_case, nearest_name, newline
-    use gb_values, only: did_you_mean, report_expression, token_text
+    use gb_parser, only: is_key, is_value, blank_hint
+    use gb_text, only: exact_text, lower_case, newline
+    use gb_values, only: suggestion, report_expression, token_text
     implicit none
     private
 
@@ -30,9 +30,9 @@ contains
 
         do i = 1, size(overrides)
             if (parameters%later%find(overrides(i)%name) > 0) cycle
-            call diagnostics%add(span_t(), 'the deck has no parameter ' // quoted(overrides(i)%name), origin= &
-                                 origin_of(overrides(i)), &
-                                 hint=did_you_mean(nearest_name(overrides(i)%name, parameters%later%known())))
+            call diagnostics%add(span_t(), 'the deck has no parameter ' // quoted(overrides(i)%name), &
+                origin= origin_of(overrides(i)), &
+                                 hint=suggestion(overrides(i)%name, parameters%later%known(), diagnostics))
         end do
     end subroutine check_overrides
 
@@ -51,9 +51,12 @@ contains
             'PARAMETER defines nothing: name=value is missing')
         i = 2
         do while (i <= statement%n)
-            if (is_key(statement, i)) then
+            if (statement%tokens(i)%kind == token_equals) then
+                call diagnostics%add(statement%tokens(i)%at, "'=' without a name before it")
+                i = i + merge(2, 1, is_value(statement, i + 1))
+            else if (is_key(statement, i)) then
                 call define_one(text, statement, i, overrides, parameters, diagnostics)
-                i = i + merge(3, 2, has_value(statement, i))
+                i = i + merge(3, 2, is_value(statement, i + 2))
             else
                 if (.not. refused) call complain_of_word(text, statement, i, diagnostics)
                 refused = .true.
@@ -69,21 +72,14 @@ contains
         type(diagnostics_t), intent(inout) :: diagnostics
         character(:), allocatable :: hint
 
-        if (statement%tokens(i)%kind == token_equals) then
-            call diagnostics%add(statement%tokens(i)%at, "'=' without a name before it")
-            return
-        end if
-        hint = 'parameters are defined as name=value'
-        if (i > 4) then
-            if (statement%tokens(i - 2)%kind == token_equals) hint = &
-                'a value holds no blanks, unless inside parentheses'
-        end if
+        hint = blank_hint(text, statement, i)
+        if (len(hint) == 0) hint = 'parameters are defined as name=value'
         call diagnostics%add(statement%tokens(i)%at, 'unexpected ' // &
                              quoted(token_text(text, statement%tokens(i))) // ' in PARAMETER', hint=hint)
     end subroutine complain_of_word
 
-    !> The parameter whose name is token i. One whose value is wrong is defined all the same, as unusable, so that
-    !> its uses are not reported again.
+    !> The parameter whose name is token i. One whose value is wrong is defined all the same, as unusable, so
+    !> that its uses are not reported again.
     subroutine define_one(text, statement, i, overrides, parameters, diagnostics)
         character(*), intent(in) :: text
         type(statement_t), intent(in) :: statement
@@ -96,9 +92,10 @@ contains
         integer :: k
 
         name = token_text(text, statement%tokens(i))
-        if (.not. has_value(statement, i)) then
+        if (.not. is_value(statement, i + 2)) then
             if (statement%sound .or. i + 1 < statement%n) &
-                call diagnostics%add(statement%tokens(i)%at, 'a value is missing after ' // quoted(name // '='))
+                call diagnostics%add(statement%tokens(i)%at, 'a value is missing after ' // quoted(name // &
+                '='))
             expression%sound = .false.
         else
             call read_value(text, statement, i + 2, parameters, diagnostics, expression)
@@ -121,10 +118,11 @@ contains
 
         if (statement%tokens(i)%kind == token_word) then
             call compile_expression(text, statement%tokens(i)%at, parameters, ' ', expression)
-            call report_expression(expression, diagnostics)
+            call report_expression(expression, parameters, diagnostics)
         else
             call diagnostics%add(statement%tokens(i)%at, 'a parameter is one number, not a ' // &
-                                 trim(merge('list       ', 'quoted text', statement%tokens(i)%kind == token_list)))
+                                 trim(merge('list       ', 'quoted text', &
+                                 statement%tokens(i)%kind == token_list)))
             expression%sound = .false.
         end if
     end subroutine read_value
@@ -136,7 +134,7 @@ contains
         type(expression_t), intent(out) :: expression
 
         call compile_expression(override%text, span_t(1, len(override%text)), parameters, ' ', expression)
-        call report_expression(expression, diagnostics, origin=origin_of(override))
+        call report_expression(expression, parameters, diagnostics, origin=origin_of(override))
     end subroutine override_value
 
     logical function is_right_name(name, at, parameters, diagnostics)
@@ -149,9 +147,10 @@ contains
         is_right_name = .false.
         if (.not. is_name(name, hyphens=.false.)) then
             call diagnostics%add(at, quoted(name) // ' is not a name for a parameter', &
-                                 hint="it starts with a letter; letters, digits and '_' follow, 32 characters at most")
+            hint="it starts with a letter; letters, digits and '_' follow, 32 characters at most")
         else if (is_reserved(name)) then
-            call diagnostics%add(at, quoted(name) // ' has a meaning of its own in expressions: choose another name')
+            call diagnostics%add(at, quoted(name) // &
+                ' has a meaning of its own in expressions: choose another name')
         else
             first = parameters%names%find(name)
             is_right_name = first == 0

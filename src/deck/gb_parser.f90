@@ -1,5 +1,5 @@
-!> Statements matched against the keyword table. What a command means is not known here: the table says which words
-!> and keys it takes and what their values are like.
+!> Statements matched against the keyword table. What a command means is not known here: the table says
+!> which words and keys it takes and what their values are like.
 module gb_parser
     use gb_command, only: command_t
     use gb_diagnostics, only: diagnostics_t, span_t, quoted
@@ -8,19 +8,19 @@ module gb_parser
     use gb_names, only: is_name, max_name
     use gb_schema, only: schema_t, max_keyword, split_words
     use gb_text, only: lower_case, nearest_name
-    use gb_values, only: parse_value, default_value, join_words, did_you_mean, token_text
+    use gb_values, only: parse_value, default_value, join_words, suggestion, token_text
     implicit none
     private
 
-    public :: find_form, parse_command, is_key, has_value
+    public :: find_form, parse_command, is_key, is_value, blank_hint
 
     character(*), parameter, public :: name_rule = &
         "a name starts with a letter; letters, digits, '_' and '-' follow, 32 characters at most"
 
 contains
 
-    !> The table's first form of the statement's command; 0, and a report, where it is none. `meant` is the command
-    !> that a misspelt one stands for, if that can be told.
+    !> The table's first form of the statement's command; 0, and a report, where it is none. `meant` is the
+    !> command that a misspelt one stands for, if that can be told.
     pure subroutine find_form(text, statement, table, diagnostics, form, meant)
         character(*), intent(in) :: text
         type(statement_t), intent(in) :: statement
@@ -28,7 +28,7 @@ contains
         type(diagnostics_t), intent(inout) :: diagnostics
         integer, intent(out) :: form
         character(:), allocatable, intent(out) :: meant
-        character(:), allocatable :: word
+        character(:), allocatable :: word, hint
 
         form = 0
         meant = ''
@@ -38,15 +38,17 @@ contains
                 return
             end if
             word = text(token%at%first:token%at%last)
-            form = table%find_command(word)
-            if (form > 0) return
             if (is_key(statement, 1)) then
-                call diagnostics%add(token%at, 'unknown command ' // quoted(word), &
-                                     hint="a command that goes on on the next line ends its line with '&'")
+                call diagnostics%add(token%at, 'a command is expected here, and ' // quoted(word) // &
+                    ' is a key', hint="a command goes on on the next line where '&' ends its line")
                 return
             end if
-            meant = intended_command(word, table)
-            call diagnostics%add(token%at, 'unknown command ' // quoted(word), hint=did_you_mean(meant))
+            form = table%find_command(word)
+            if (form > 0) return
+            hint = ''
+            if (.not. diagnostics%is_full()) meant = intended_command(word, table)
+            if (len(meant) > 0) hint = 'did you mean ' // quoted(meant) // '?'
+            call diagnostics%add(token%at, 'unknown command ' // quoted(word), hint=hint)
         end associate
     end subroutine find_form
 
@@ -70,7 +72,8 @@ contains
         meant = nearest_name(word, names)
     end function intended_command
 
-    !> Parse a statement whose command is known. Whatever is wrong has been reported when `command%sound` is false.
+    !> Parse a statement whose command is known. Whatever is wrong has been reported when `command%sound` is
+    !> false.
     pure subroutine parse_command(text, statement, table, first_form, parameters, diagnostics, command)
         character(*), intent(in) :: text
         type(statement_t), intent(in) :: statement
@@ -86,7 +89,8 @@ contains
         command%name = ''
         command%title = trim(table%forms(first_form)%command)
         next = 2
-        if (table%forms(first_form)%named) call take_name(text, statement, table, first_form, next, diagnostics, command)
+        if (table%forms(first_form)%named) call take_name(text, statement, table, first_form, next, &
+            diagnostics, command)
         call take_variant(text, statement, table, first_form, next, diagnostics, command)
         if (command%form == 0) return
         associate (form => table%forms(command%form))
@@ -95,7 +99,6 @@ contains
                 call default_value(table%keys(form%first_key + i - 1), command%values(i))
             end do
             call take_items(text, statement, table, next, parameters, diagnostics, command)
-            if (statement%sound) call find_missing(table, diagnostics, command)
         end associate
     end subroutine parse_command
 
@@ -140,7 +143,8 @@ contains
         allocate (variants, source=table%variants(table%forms(first_form)%command))
         if (size(variants) > 0 .and. is_free_word(statement, next)) then
             word = token_text(text, statement%tokens(next))
-            if (len(word) <= max_keyword) command%form = table%find_form(table%forms(first_form)%command, word)
+            if (len(word) <= max_keyword) command%form = table%find_form(table%forms(first_form)%command, &
+                word)
             if (command%form > 0 .and. len(word) > 0) then
                 at = statement%tokens(next)%at
                 next = next + 1
@@ -148,7 +152,7 @@ contains
                 command%form = table%find_form(table%forms(first_form)%command, '')
                 if (command%form == 0) call diagnostics%add(statement%tokens(next)%at, 'unknown kind ' // &
                     quoted(word) // ' of ' // command%title // ' (' // join_words(variants, 'or') // ')', &
-                    hint=did_you_mean(nearest_name(word, variants)))
+                    hint=suggestion(word, variants, diagnostics))
             end if
         else
             command%form = table%find_form(table%forms(first_form)%command, '')
@@ -173,9 +177,11 @@ contains
         type(command_t), intent(in) :: command
 
         if (named .and. any(variants == lower_case(command%name))) then
-            call diagnostics%add(command%name_at, command%title // ' needs a name before ' // quoted(command%name))
+            call diagnostics%add(command%name_at, command%title // ' needs a name before ' // &
+                quoted(command%name))
         else
-            call diagnostics%add(command%at, command%title // ' needs its kind: ' // join_words(variants, 'or'))
+            call diagnostics%add(command%at, command%title // ' needs its kind: ' // join_words(variants, &
+                'or'))
         end if
     end subroutine complain_of_variant
 
@@ -188,34 +194,55 @@ contains
         type(parameters_t), intent(in) :: parameters
         type(diagnostics_t), intent(inout) :: diagnostics
         type(command_t), intent(inout) :: command
-        logical :: word_refused
+        logical :: word_refused, sign_refused
         integer :: i
 
         word_refused = .false.
+        sign_refused = .false.
         i = first
         do while (i <= statement%n)
             if (statement%tokens(i)%kind == token_equals) then
                 call diagnostics%add(statement%tokens(i)%at, "'=' without a key before it")
-                command%sound = .false.
+                sign_refused = .true.
                 i = i + 1
-                if (i <= statement%n .and. .not. is_key(statement, i)) i = i + 1
-            else if (is_key(statement, i)) then
-                if (has_value(statement, i)) then
-                    call take_pair(text, statement, i, table, parameters, diagnostics, command)
-                    i = i + 3
-                else
-                    if (statement%sound .or. i + 1 < statement%n) call diagnostics%add(statement%tokens(i)%at, &
-                        'a value is missing after ' // quoted(token_text(text, statement%tokens(i)) // '='))
-                    call mark_given(token_text(text, statement%tokens(i)), statement%tokens(i)%at, command)
-                    command%sound = .false.
-                    i = i + 2
-                end if
-            else
+                if (is_value(statement, i)) i = i + 1
+            else if (.not. is_key(statement, i)) then
                 call take_word(text, statement, i, table, diagnostics, command, word_refused)
                 i = i + 1
+            else if (is_value(statement, i + 2)) then
+                call take_pair(text, statement, i, table, parameters, diagnostics, command)
+                i = i + 3
+            else
+                call take_key_alone(text, statement, i, diagnostics, command)
             end if
         end do
+        command%sound = command%sound .and. .not. sign_refused
+        if (statement%sound .and. .not. sign_refused) call find_missing(table, diagnostics, command)
     end subroutine take_items
+
+    !> A key without a value; a doubled equals sign is passed over with the value behind it.
+    pure subroutine take_key_alone(text, statement, i, diagnostics, command)
+        character(*), intent(in) :: text
+        type(statement_t), intent(in) :: statement
+        integer, intent(inout) :: i
+        type(diagnostics_t), intent(inout) :: diagnostics
+        type(command_t), intent(inout) :: command
+        logical :: doubled
+
+        call mark_given(token_text(text, statement%tokens(i)), statement%tokens(i)%at, command)
+        command%sound = .false.
+        doubled = .false.
+        if (i + 2 <= statement%n) doubled = statement%tokens(i + 2)%kind == token_equals
+        if (doubled) then
+            call diagnostics%add(statement%tokens(i + 2)%at, "a second '='")
+            i = i + 3
+            if (is_value(statement, i)) i = i + 1
+        else
+            if (statement%sound .or. i + 1 < statement%n) call diagnostics%add(statement%tokens(i)%at, &
+                'a value is missing after ' // quoted(token_text(text, statement%tokens(i)) // '='))
+            i = i + 2
+        end if
+    end subroutine take_key_alone
 
     !> A key that was meant but went wrong is not reported as missing on top of that.
     pure subroutine mark_given(name, at, command)
@@ -254,17 +281,18 @@ contains
         else
             associate (value => command%values(key - table%forms(command%form)%first_key + 1))
                 if (value%given) then
-                    call diagnostics%add(statement%tokens(i)%at, 'key ' // quoted(name) // ' is given twice', &
-                                         other=value%key_at, note='first given here')
+                    call diagnostics%add(statement%tokens(i)%at, 'key ' // quoted(name) // &
+                        ' is given twice', other=value%key_at, note='first given here')
                 else
                     value%given = .true.
                     value%text = ''
                     value%key_at = statement%tokens(i)%at
                     if (table%keys(key)%available) then
-                        call parse_value(text, statement%tokens(i + 2), table%keys(key), parameters, diagnostics, &
-                                         value, sound)
+                        call parse_value(text, statement%tokens(i + 2), table%keys(key), parameters, &
+                            diagnostics, value, sound)
                     else
-                        call diagnostics%add(value%key_at, trim(table%keys(key)%name) // '= is not available yet')
+                        call diagnostics%add(value%key_at, trim(table%keys(key)%name) // &
+                            '= is not available yet')
                     end if
                 end if
             end associate
@@ -284,17 +312,29 @@ contains
         hint = ''
         if (.not. diagnostics%is_full()) then
             associate (form => table%forms(command%form))
-                meant = nearest_name(name, table%keys(form%first_key:form%last_key)%name)
+                meant = nearest_name(name, key_names(command))
                 if (len(meant) > 0) call mark_given(meant, at, command)
-                hint = did_you_mean(meant)
+                if (len(meant) > 0) hint = 'did you mean ' // quoted(meant) // '?'
                 do i = 1, table%n_forms
                     if (table%forms(i)%command /= form%command .or. len(name) > max_keyword) cycle
-                    if (table%find_key(i, name) > 0) hint = quoted(lower_case(name)) // ' goes with ' // table%title(i)
+                    if (table%find_key(i, name) == 0) cycle
+                    hint = quoted(lower_case(name)) // ' goes with ' // table%title(i)
+                    exit
                 end do
             end associate
         end if
         call diagnostics%add(at, 'unknown key ' // quoted(name) // ' in ' // command%title, hint=hint)
     end subroutine complain_of_key
+
+    pure function key_names(command) result(names)
+        type(command_t), intent(in) :: command
+        character(max_keyword) :: names(size(command%values))
+        integer :: i
+
+        do i = 1, size(names)
+            names(i) = command%values(i)%key
+        end do
+    end function key_names
 
     !> A word that is not a key: one of the form's words, or one too many.
     pure subroutine take_word(text, statement, i, table, diagnostics, command, refused)
@@ -311,7 +351,8 @@ contains
         word = lower_case(token_text(text, statement%tokens(i)))
         associate (form => table%forms(command%form), at => statement%tokens(i)%at)
             allocate (choices, source=split_words(form%words))
-            if (len(word) <= max_keyword .and. any(choices == word) .and. size(command%words) < form%most_words) then
+            if (len(word) <= max_keyword .and. any(choices == word) .and. &
+                size(command%words) < form%most_words) then
                 if (any(command%words == word)) then
                     call diagnostics%add(at, quoted(word) // ' is given twice')
                     command%sound = .false.
@@ -324,8 +365,10 @@ contains
             if (refused) return
             refused = .true.
             if (size(command%words) < form%most_words) then
-                call diagnostics%add(at, quoted(token_text(text, statement%tokens(i))) // ' is not a field (' // &
-                                     join_words(choices, 'or') // ')', hint=did_you_mean(nearest_name(word, choices)))
+                call diagnostics%add(at, quoted(token_text(text, statement%tokens(i))) // &
+                    ' is not a field (' // &
+                                     join_words(choices, 'or') // ')', hint=suggestion(word, choices, &
+                                     diagnostics))
             else
                 call complain_of_word(text, statement, i, table, diagnostics, command)
             end if
@@ -347,22 +390,41 @@ contains
         if (word == '&') then
             hint = "'&' continues a line only at its end"
         else if (len(word) <= max_keyword) then
-            if (table%find_key(command%form, word) > 0) hint = 'a key takes a value: ' // lower_case(word) // '=...'
+            if (table%find_key(command%form, word) > 0) hint = 'a key takes a value: ' // &
+                lower_case(word) // &
+                '=...'
         end if
-        if (i > 4 .and. len(hint) == 0) then
-            if (statement%tokens(i - 2)%kind == token_equals) hint = &
-                'a value holds no blanks, unless inside parentheses'
-        end if
-        call diagnostics%add(statement%tokens(i)%at, 'unexpected ' // quoted(word) // ' in ' // command%title, hint=hint)
+        if (len(hint) == 0) hint = blank_hint(text, statement, i)
+        call diagnostics%add(statement%tokens(i)%at, 'unexpected ' // quoted(word) // ' in ' // &
+            command%title, hint=hint)
     end subroutine complain_of_word
+
+    !> Advice for a word that looks like the rest of the expression before it; else empty.
+    pure function blank_hint(text, statement, i) result(hint)
+        character(*), intent(in) :: text
+        type(statement_t), intent(in) :: statement
+        integer, intent(in) :: i
+        character(:), allocatable :: hint
+        character(*), parameter :: operators = '+-*/^('
+        integer :: before, here
+
+        hint = ''
+        if (i < 5) return
+        if (statement%tokens(i - 2)%kind /= token_equals) return
+        before = statement%tokens(i - 1)%at%last
+        here = statement%tokens(i)%at%first
+        if (scan(text(before:before), operators) > 0 .or. scan(text(here:here), operators) > 0) &
+            hint = 'a value holds no blanks, unless inside parentheses'
+    end function blank_hint
 
     !> Words and keys that must be given and are not.
     pure subroutine find_missing(table, diagnostics, command)
         type(schema_t), intent(in) :: table
         type(diagnostics_t), intent(inout) :: diagnostics
         type(command_t), intent(inout) :: command
-        character(max_keyword), allocatable :: names(:)
-        integer :: n
+        character(max_keyword) :: missing(size(command%values)), choices(size(command%values))
+        logical :: one_given
+        integer :: i, n_missing, n_choices
 
         associate (form => table%forms(command%form))
             if (form%most_words > 0 .and. size(command%words) == 0) then
@@ -370,19 +432,36 @@ contains
                                                         join_words(split_words(form%words), 'or'))
                 command%sound = .false.
             end if
-            associate (keys => table%keys(form%first_key:form%last_key))
-                names = pack(keys%name, keys%required .and. .not. command%values%given)
-                n = size(names)
-                if (n > 0) call diagnostics%add(command%at, 'missing key' // trim(merge('s', ' ', n > 1)) // ' ' // &
-                                                quoted_list(names) // ' in ' // command%title)
-                command%sound = command%sound .and. n == 0
-                names = pack(keys%name, keys%one_of)
-                if (size(names) == 0 .or. any(keys%one_of .and. command%values%given)) return
-                call diagnostics%add(command%at, command%title // ' needs one of ' // join_words(names, 'or'))
-                command%sound = .false.
-            end associate
+            n_missing = 0
+            n_choices = 0
+            one_given = .false.
+            do i = 1, size(command%values)
+                associate (key => table%keys(form%first_key + i - 1), given => command%values(i)%given)
+                    if (key%required .and. .not. given) call append(missing, n_missing, key%name)
+                    if (key%one_of .and. key%available) call append(choices, n_choices, key%name)
+                    one_given = one_given .or. (key%one_of .and. given)
+                end associate
+            end do
         end associate
+        if (n_choices == 1 .and. .not. one_given) call append(missing, n_missing, choices(1))
+        if (n_missing > 0) call diagnostics%add(command%at, 'missing key' // trim(merge('s', ' ', &
+            n_missing > 1)) // ' ' // quoted_list(missing(:n_missing)) // ' in ' // command%title)
+        if (n_choices > 1 .and. .not. one_given) then
+            call diagnostics%add(command%at, command%title // ' needs one of ' // &
+                join_words(choices(:n_choices), 'or'))
+            command%sound = .false.
+        end if
+        command%sound = command%sound .and. n_missing == 0
     end subroutine find_missing
+
+    pure subroutine append(list, n, word)
+        character(max_keyword), intent(inout) :: list(:)
+        integer, intent(inout) :: n
+        character(max_keyword), intent(in) :: word
+
+        n = n + 1
+        list(n) = word
+    end subroutine append
 
     pure function quoted_list(names) result(list)
         character(max_keyword), intent(in) :: names(:)
@@ -395,23 +474,27 @@ contains
         end do
     end function quoted_list
 
-    !> Whether token i is a key: a word with an equals sign behind it.
+    !> Whether token i is a key: a word with an equals sign behind it. Behind another equals sign it must
+    !> look like a name, or else it is a value and the second sign is stray.
     pure logical function is_key(statement, i)
         type(statement_t), intent(in) :: statement
         integer, intent(in) :: i
 
         is_key = i < statement%n
-        if (is_key) is_key = statement%tokens(i + 1)%kind == token_equals .and. statement%tokens(i)%kind == token_word
+        if (is_key) is_key = statement%tokens(i + 1)%kind == token_equals .and. &
+            statement%tokens(i)%kind == token_word
+        if (is_key .and. i > 1) is_key = statement%tokens(i)%lettered .or. &
+            statement%tokens(i - 1)%kind /= token_equals
     end function is_key
 
-    !> Whether a value follows the key and equals sign at i.
-    pure logical function has_value(statement, i)
+    !> Whether token i can be a value: it is there, and neither an equals sign nor the next key.
+    pure logical function is_value(statement, i)
         type(statement_t), intent(in) :: statement
         integer, intent(in) :: i
 
-        has_value = i + 2 <= statement%n
-        if (has_value) has_value = statement%tokens(i + 2)%kind /= token_equals .and. .not. is_key(statement, i + 2)
-    end function has_value
+        is_value = i <= statement%n
+        if (is_value) is_value = statement%tokens(i)%kind /= token_equals .and. .not. is_key(statement, i)
+    end function is_value
 
     !> Whether token i is a word and no key.
     pure logical function is_free_word(statement, i)
@@ -420,7 +503,8 @@ contains
 
         is_free_word = i <= statement%n
         if (.not. is_free_word) return
-        is_free_word = any(statement%tokens(i)%kind == [token_word, token_quoted]) .and. .not. is_key(statement, i)
+        is_free_word = any(statement%tokens(i)%kind == [token_word, token_quoted]) .and. &
+            .not. is_key(statement, i)
     end function is_free_word
 
 end module gb_parser

@@ -1,5 +1,5 @@
-!> What a keyword table is made of: commands in their forms, words, keys, kinds, ranges and defaults. The table
-!> itself stands in gb_commands; parser, reference and documentation all read it.
+!> What a keyword table is made of: commands in their forms, words, keys, kinds, ranges and defaults. The
+!> table itself stands in gb_commands; parser, reference and documentation all read it.
 module gb_schema
     use gb_kinds, only: wp
     use gb_text, only: lower_case, to_text
@@ -27,6 +27,7 @@ module gb_schema
         real(wp) :: low = -huge(1.0_wp), high = huge(1.0_wp)
         logical :: low_open = .false., high_open = .false.      !! the end itself is excluded
         logical :: zero_excluded = .false.
+        real(wp) :: limit = 1.0e60_wp           !! beyond this size sums and products would overflow
     contains
         procedure :: holds
         procedure :: words => range_words
@@ -80,11 +81,13 @@ module gb_schema
 
 contains
 
-    pure type(range_t) function above(low)
+    pure type(range_t) function above(low, limit)
         real(wp), intent(in) :: low
+        real(wp), intent(in), optional :: limit
 
         above%low = low
         above%low_open = .true.
+        if (present(limit)) above%limit = limit
     end function above
 
     pure type(range_t) function at_least(low)
@@ -192,7 +195,8 @@ contains
         self%forms(self%n_forms)%last_key = self%n_keys
     end subroutine add_key
 
-    !> The first form of the command a word stands for, written in full or cut to four letters or more; else 0.
+    !> The first form of the command a word stands for, written in full or cut to four letters or more; else
+    !> 0.
     pure integer function find_command(self, word) result(form)
         class(schema_t), intent(in) :: self
         character(*), intent(in) :: word
@@ -226,7 +230,8 @@ contains
         character(*), intent(in) :: command, variant
 
         do form = 1, self%n_forms
-            if (self%forms(form)%command == command .and. self%forms(form)%variant == lower_case(variant)) return
+            if (self%forms(form)%command == command .and. self%forms(form)%variant == lower_case(variant)) &
+                return
         end do
         form = 0
     end function find_form
@@ -248,23 +253,34 @@ contains
         class(schema_t), intent(in) :: self
         character(*), intent(in) :: command
         character(max_keyword), allocatable :: names(:)
+        character(max_keyword) :: found(self%n_forms)
+        integer :: i, n
 
-        names = pack(self%forms(:self%n_forms)%variant, &
-                     self%forms(:self%n_forms)%command == command .and. self%forms(:self%n_forms)%variant /= '')
+        n = 0
+        do i = 1, self%n_forms
+            if (self%forms(i)%command /= command .or. self%forms(i)%variant == '') cycle
+            n = n + 1
+            found(n) = self%forms(i)%variant
+        end do
+        names = found(:n)
     end function variants
 
     !> Every command, once.
     pure function command_names(self) result(names)
         class(schema_t), intent(in) :: self
         character(max_keyword), allocatable :: names(:)
-        logical :: first(self%n_forms)
-        integer :: i
+        character(max_keyword) :: found(self%n_forms)
+        integer :: i, n
 
+        n = 0
         do i = 1, self%n_forms
-            first(i) = i == 1
-            if (i > 1) first(i) = self%forms(i)%command /= self%forms(i - 1)%command
+            if (n > 0) then
+                if (found(n) == self%forms(i)%command) cycle
+            end if
+            n = n + 1
+            found(n) = self%forms(i)%command
         end do
-        names = pack(self%forms(:self%n_forms)%command, first)
+        names = found(:n)
     end function command_names
 
     !> Command and variant, as messages name the form.

@@ -11,7 +11,7 @@ module gb_source
         character(:), allocatable :: name           !! as diagnostics show it: the path, or <stdin>
         character(:), allocatable :: text           !! UTF-8; bytes that are not are taken for Latin-1
         character(:), allocatable :: stem           !! default name of the results: no folder, no ending
-        character(:), allocatable :: folder         !! where files the deck names are looked for; ends with / or empty
+        character(:), allocatable :: folder         !! of the files a deck names; ends with / or is empty
     end type source_t
 
     public :: read_source, source_from_text, find_control_byte, read_text
@@ -154,7 +154,8 @@ contains
 
         sentence = 'cannot read ' // shown_name(path)
         if (path == '' .or. path == '-') return
-        open (newunit=unit, file=path, status='old', action='read', access='stream', iostat=status, iomsg=message)
+        open (newunit=unit, file=path, status='old', action='read', access='stream', iostat=status, &
+            iomsg=message)
         if (status == 0) then
             close (unit)
             return
@@ -193,8 +194,8 @@ contains
         end do
     end function find_control_byte
 
-    !> The text itself where it is UTF-8; else every byte that is not part of it becomes a character: Latin-1 where
-    !> it prints, the replacement character otherwise.
+    !> The text itself where it is UTF-8; else every byte that is not part of it becomes a character: Latin-1
+    !> where it prints, the replacement character otherwise.
     pure function valid_utf8(text) result(valid)
         character(*), intent(in) :: text
         character(:), allocatable :: valid

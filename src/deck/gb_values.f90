@@ -6,13 +6,14 @@ module gb_values
     use gb_expression, only: compile_expression, expression_t, parameters_t
     use gb_lexer, only: token_t, token_word, token_quoted, token_list, split_list
     use gb_names, only: max_name
+    use gb_program, only: function_names
     use gb_schema, only: key_t, max_keyword, split_words, kind_real, kind_integer, kind_reals, kind_text, &
         kind_choice, kind_choices, kind_name, kind_names, kind_formula
     use gb_text, only: lower_case, nearest_name, to_text
     implicit none
     private
 
-    public :: parse_value, default_value, report_expression, join_words, did_you_mean, token_text
+    public :: parse_value, default_value, report_expression, join_words, suggestion, token_text
 
 contains
 
@@ -73,7 +74,8 @@ contains
         sound = .true.
         if (token%kind == token_list) then
             sound = any(key%kind == [kind_reals, kind_choices, kind_names])
-            if (.not. sound) call diagnostics%add(token%at, quoted(trim(key%name)) // ' takes one value, not a list')
+            if (.not. sound) call diagnostics%add(token%at, quoted(trim(key%name)) // &
+                ' takes one value, not a list')
         else if (token%kind == token_quoted) then
             sound = .not. any(key%kind == [kind_real, kind_integer, kind_reals, kind_formula])
             if (.not. sound) call diagnostics%add(token%at, quoted(trim(key%name)) // &
@@ -95,10 +97,16 @@ contains
         call compile_expression(text, at, parameters, ' ', expression)
         sound = expression%sound
         if (.not. sound) then
-            call report_expression(expression, diagnostics)
+            call report_expression(expression, parameters, diagnostics)
             return
         end if
         number = expression%value
+        sound = abs(number) <= key%range%limit
+        if (.not. sound) then
+            call diagnostics%add(at, quoted(trim(key%name)) // ' is ' // to_text(number, 12) // &
+                                 ', too large to compute with')
+            return
+        end if
         if (key%kind == kind_integer) then
             sound = abs(number - anint(number)) <= 1.0e-9_wp*max(1.0_wp, abs(number))
             if (.not. sound) then
@@ -109,8 +117,8 @@ contains
             number = anint(number)
         end if
         sound = key%range%holds(number)
-        if (.not. sound) call diagnostics%add(at, quoted(trim(key%name)) // ' must be ' // key%range%words() // &
-                                              ', and is ' // to_text(number, 12))
+        if (.not. sound) call diagnostics%add(at, quoted(trim(key%name)) // ' must be ' // &
+            key%range%words() // ', and is ' // to_text(number, 12))
     end subroutine parse_number
 
     !> A list of numbers, or a single one. A list is given up at its first error.
@@ -149,7 +157,7 @@ contains
         if (sound) then
             value%formula = expression%program
         else
-            call report_expression(expression, diagnostics)
+            call report_expression(expression, parameters, diagnostics)
         end if
     end subroutine parse_formula
 
@@ -208,22 +216,28 @@ contains
         if (len(word) <= max_keyword) sound = any(choices == word)
         if (.not. sound) then
             call diagnostics%add(at, quoted(trim(key%name)) // ' must be ' // join_words(choices, 'or') // &
-                                 ', and is ' // quoted(word), hint=did_you_mean(nearest_name(word, choices)))
+                                 ', and is ' // quoted(word), hint=suggestion(word, choices, diagnostics))
         else if (any(split_words(key%coming) == word)) then
             call diagnostics%add(at, trim(key%name) // '=' // word // ' is not available yet')
             sound = .false.
         end if
     end subroutine check_choice
 
-    !> Report what is wrong with an expression; nothing where that has been done before. `origin` is where the
-    !> expression comes from if it is not in the deck's text.
-    pure subroutine report_expression(expression, diagnostics, origin)
+    !> Report what is wrong with an expression; nothing where that has been done before. `origin` is where
+    !> the expression comes from if it is not in the deck's text.
+    pure subroutine report_expression(expression, parameters, diagnostics, origin)
         type(expression_t), intent(in) :: expression
+        type(parameters_t), intent(in) :: parameters
         type(diagnostics_t), intent(inout) :: diagnostics
         character(*), intent(in), optional :: origin
+        character(:), allocatable :: hint
 
         if (expression%sound .or. len(expression%message) == 0) return
-        call diagnostics%add(expression%at, expression%message, hint=expression%hint, other=expression%other, &
+        hint = expression%hint
+        if (len(expression%unknown) > 0 .and. .not. diagnostics%is_full()) &
+            hint = suggestion(expression%unknown, &
+            [character(max_name) :: parameters%names%known(), function_names, 'pi'], diagnostics)
+        call diagnostics%add(expression%at, expression%message, hint=hint, other=expression%other, &
                              note=expression%note, origin=origin)
     end subroutine report_expression
 
@@ -263,13 +277,17 @@ contains
         end do
     end function join_words
 
-    !> The hint that goes with a suggestion; empty without one.
-    pure function did_you_mean(suggestion) result(hint)
-        character(*), intent(in) :: suggestion
+    !> A hint that names the candidate a word was meant for; empty where none is near, or where nobody will
+    !> see it.
+    pure function suggestion(word, candidates, diagnostics) result(hint)
+        character(*), intent(in) :: word, candidates(:)
+        type(diagnostics_t), intent(in) :: diagnostics
         character(:), allocatable :: hint
 
         hint = ''
-        if (len(suggestion) > 0) hint = 'did you mean ' // quoted(suggestion) // '?'
-    end function did_you_mean
+        if (diagnostics%is_full()) return
+        hint = nearest_name(word, candidates)
+        if (len(hint) > 0) hint = 'did you mean ' // quoted(hint) // '?'
+    end function suggestion
 
 end module gb_values

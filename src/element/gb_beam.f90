@@ -9,6 +9,7 @@ module gb_beam
     use gb_section, only: rule_gauss
     use gb_section_gauss, only: n_strains, gauss_energy, gauss_stress, gauss_tangent
     use gb_section_linear, only: linear_energy, linear_stress, linear_tangent
+    use gb_section_average, only: average_tangent
     implicit none
     private
 
@@ -25,7 +26,7 @@ module gb_beam
         real(wp) :: p(n_constants) = 0.0_wp             !! mu, c [F/L^2], beta, 1/jm
     end type section_data_t
 
-    public :: element_strains, element_energy, element_force, element_tangent, element_mass
+    public :: element_strains, element_energy, element_force, element_tangent, element_average_tangent, element_mass
 
 contains
 
@@ -121,6 +122,30 @@ contains
             call add_stiffness(nodes, n(:, i), d(:, i), w(i)*t, k)
         end do
     end subroutine element_tangent
+
+    !> Internal force averaged between the states u0 and u (gb_section_average), and its tangent in u (unsymmetric).
+    pure subroutine element_average_tangent(nodes, points, n, d, w, section, u0, u, f, k, admissible)
+        integer, intent(in) :: nodes, points
+        real(wp), intent(in) :: n(max_nodes, max_points), d(max_nodes, max_points), w(max_points)
+        type(section_data_t), intent(in) :: section             !! of rule gauss
+        real(wp), intent(in) :: u0(n_fields, nodes), u(n_fields, nodes)
+        real(wp), intent(out) :: f(n_fields, nodes)
+        real(wp), intent(out) :: k(n_fields, nodes, n_fields, nodes)
+        logical, intent(out) :: admissible
+        real(wp) :: g0(n_strains), g(n_strains), s(n_strains), t(n_strains, n_strains)
+        integer :: i
+
+        f = 0.0_wp
+        k = 0.0_wp
+        do i = 1, points
+            g0 = element_strains(nodes, n(:, i), d(:, i), u0)
+            g = element_strains(nodes, n(:, i), d(:, i), u)
+            call average_tangent(section%nz, section%z, section%wz, section%p, g0, g, s, t, admissible)
+            if (.not. admissible) return
+            call add_force(nodes, n(:, i), d(:, i), w(i)*s, f)
+            call add_stiffness(nodes, n(:, i), d(:, i), w(i)*t, k)
+        end do
+    end subroutine element_average_tangent
 
     !> f_I <- f_I + B_I' s.
     pure subroutine add_force(nodes, n, d, s, f)

@@ -7,7 +7,7 @@ module gb_section
     !> How the integral through the thickness is done (docs/theory.md, section rules).
     integer, parameter, public :: rule_gauss = 1, rule_linear = 2
     !> Which terms of the kinetic energy are kept.
-    integer, parameter, public :: inertia_diagonal = 1, inertia_translational = 2
+    integer, parameter, public :: inertia_diagonal = 1, inertia_translational = 2, inertia_full = 3
     !> `jm` of a neo-Hookean material.
     real(wp), parameter, public :: unlimited_jm = huge(1.0_wp)
 

@@ -11,6 +11,7 @@ module gb_run
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
     use gb_external, only: external_t, build_external
+    use gb_initial, only: initial_state, initial_velocities
     use gb_static, only: run_static
     use gb_modal, only: run_modal
     use gb_transient, only: run_transient
@@ -90,6 +91,7 @@ contains
         type(error_t), allocatable :: file_error
         integer(i8) :: start, count, rate
         real(wp) :: cpu_start, cpu_end
+        logical :: has_velocities
         integer :: i
 
         call use_one_blas_thread()
@@ -100,13 +102,11 @@ contains
         call monitor%log%line('  results: ' // monitor%results%path)
         system = build_system(problem%model)
         external = build_external(problem%model)
-        allocate (state%u(system%n), state%v(system%n), state%a(system%n))
-        state%u = 0.0_wp
-        state%v = 0.0_wp
-        state%a = 0.0_wp
+        call initial_state(problem%model, system, state, error)
+        has_velocities = .true.
         do i = 1, size(problem%tasks)
-            call run_task(problem, i, system, external, state, monitor, error)
             if (allocated(error)) exit
+            call run_task(problem, i, system, external, has_velocities, state, monitor, error)
         end do
         call system_clock(count, rate)
         call cpu_time(cpu_end)
@@ -133,11 +133,12 @@ contains
         end if
     end subroutine solve_problem
 
-    subroutine run_task(problem, number, system, external, state, monitor, error)
+    subroutine run_task(problem, number, system, external, has_velocities, state, monitor, error)
         type(problem_t), intent(in) :: problem
         integer, intent(in) :: number
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
+        logical, intent(inout) :: has_velocities        !! whether the state's velocities are those to go on with
         type(state_t), intent(inout) :: state
         type(monitor_t), intent(inout) :: monitor
         type(error_t), allocatable, intent(out) :: error
@@ -148,11 +149,14 @@ contains
             if (allocated(error)) return
             select case (task%kind)
             case (task_static)
+                has_velocities = .false.
                 call run_static(system, external, problem%model%mesh, task, state, monitor, error)
             case (task_modal)
                 call run_modal(system, problem%model, task, state, monitor, error)
             case default
-                call run_transient(system, external, problem%model%mesh, task, state, monitor, error)
+                if (.not. has_velocities) call initial_velocities(problem%model, system, state%v, error)
+                has_velocities = .true.
+                if (.not. allocated(error)) call run_transient(system, external, problem%model%mesh, task, state, monitor, error)
             end select
         end associate
         if (allocated(error)) then

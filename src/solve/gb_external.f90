@@ -1,4 +1,4 @@
-!> External forces: every load of the model as a vector of nodal forces times a history.
+!> What acts on the beam from outside: every load as a vector of nodal forces times a history, and driven supports.
 module gb_external
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_solution
@@ -9,6 +9,7 @@ module gb_external
     use gb_load, only: stage_all, stage_static, stage_transient
     use gb_mesh, only: mesh_t
     use gb_model, only: model_t
+    use gb_motion, only: motion_t, build_motion
     use gb_quadrature, only: gauss_legendre
     use gb_shape, only: lagrange, max_nodes
     implicit none
@@ -24,6 +25,7 @@ module gb_external
     type, public :: external_t
         type(pattern_t), allocatable :: patterns(:)
         type(history_t), allocatable :: histories(:)
+        type(motion_t) :: motion                    !! driven supports
     contains
         procedure :: static_forces
         procedure :: force_at
@@ -41,6 +43,7 @@ contains
         integer :: i
 
         external%histories = model%histories
+        external%motion = build_motion(model)
         allocate (external%patterns(0))
         allocate (force(n_fields*model%mesh%n_nodes()))
         do i = 1, size(model%point_loads)
@@ -184,7 +187,7 @@ contains
         end do
     end subroutine force_at
 
-    !> Instants in ]0, end[ at which a load of the transient jumps or has a corner, increasing, each once [T].
+    !> Instants in ]0, end[ at which a load or driven support jumps or has a corner, increasing, each once [T].
     pure function events(self, end_time) result(times)
         class(external_t), intent(in) :: self
         real(wp), intent(in) :: end_time
@@ -196,6 +199,9 @@ contains
         do i = 1, size(self%patterns)
             if (self%patterns(i)%stage == stage_static) cycle
             all_times = [all_times, self%histories(self%patterns(i)%history)%events()]
+        end do
+        do i = 1, size(self%motion%unknown)
+            all_times = [all_times, self%histories(self%motion%history(i))%events()]
         end do
         all_times = sorted(pack(all_times, all_times > 0.0_wp .and. all_times < end_time))
         times = pack(all_times, [(i == 1 .or. all_times(i) > all_times(max(1, i - 1)), i=1, size(all_times))])

@@ -3,7 +3,7 @@ module gb_lapack
     implicit none
     private
 
-    public :: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv, dgbmv, dsygv
+    public :: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv, dgbmv, dsygv, dsyev
 
     interface
         !> Cholesky factors of a symmetric positive definite band matrix; info > 0: leading minor not positive definite.
@@ -61,6 +61,15 @@ module gb_lapack
             double precision, intent(out) :: w(*), work(*)
             integer, intent(out) :: info
         end subroutine dsygv
+
+        !> Eigenvalues, increasing, of a dense symmetric matrix (an element's).
+        pure subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+            character(1), intent(in) :: jobz, uplo
+            integer, intent(in) :: n, lda, lwork
+            double precision, intent(inout) :: a(lda, *)
+            double precision, intent(out) :: w(*), work(*)
+            integer, intent(out) :: info
+        end subroutine dsyev
     end interface
 
 end module gb_lapack

@@ -33,7 +33,6 @@ module gb_newton
         integer :: max_iterations = 25
         real(wp) :: largest(n_fields) = 0.0_wp      !! largest value of each field so far
         type(band_t) :: k                           !! tangent of the residual
-        type(band_t) :: damping                     !! C; empty without damping
         real(wp), allocatable :: r(:), force(:), u_e(:), trial(:), work(:), increment(:, :), round_off(:)
     contains
         procedure :: set_up
@@ -48,15 +47,16 @@ module gb_newton
 
 contains
 
-    subroutine set_up(self, system, tolerance, iterations)
+    subroutine set_up(self, system, symmetric, tolerance, iterations)
         class(newton_t), intent(inout) :: self
         type(system_t), intent(in) :: system
+        logical, intent(in) :: symmetric            !! whether the tangent is
         real(wp), intent(in) :: tolerance
         integer, intent(in) :: iterations
 
         self%tolerance = tolerance
         self%max_iterations = iterations
-        call self%k%set_up(system%n, system%kd, system%symmetric)
+        call self%k%set_up(system%n, system%kd, symmetric)
         allocate (self%r(system%n), self%force(system%n), self%u_e(system%n), self%trial(system%n), &
                   self%work(system%n), self%increment(system%n, 1), self%round_off(system%n))
     end subroutine set_up
@@ -174,19 +174,23 @@ contains
         logical, intent(out) :: admissible
 
         call stage%evaluation_point(u, self%u_e)
-        call system%tangent(self%u_e, self%force, self%k, admissible)
+        if (stage%averages_force) then
+            call system%average_tangent(stage%u_start, u, self%force, self%k, admissible)
+        else
+            call system%tangent(self%u_e, self%force, self%k, admissible)
+        end if
         if (.not. admissible) return
         self%r = self%force - stage%f_external
         if (stage%force_factor < 1.0_wp) self%k%a = stage%force_factor*self%k%a
         if (stage%mass_factor > 0.0_wp) then
-            call system%mass%multiply(u - stage%u_mass, self%work)
-            self%r = self%r + stage%mass_factor*self%work
-            call self%k%add_symmetric(stage%mass_factor, system%mass)
-        end if
-        if (allocated(self%damping%a)) then
-            call self%damping%multiply(u - stage%u_damping, self%work)
-            self%r = self%r + stage%damping_factor*self%work
-            call self%k%add_symmetric(stage%damping_factor, self%damping)
+            call system%add_inertia(self%u_e, stage%damping_factor*(u - stage%u_damping), &
+                                    stage%mass_factor*(u - stage%u_mass), &
+                                    [stage%force_factor, stage%damping_factor, stage%mass_factor], self%r, self%k)
+            if (allocated(system%damping%a)) then
+                call system%damping%multiply(u - stage%u_damping, self%work)
+                self%r = self%r + stage%damping_factor*self%work
+                call self%k%add_symmetric(stage%damping_factor, system%damping)
+            end if
         end if
         self%r(system%fixed_list) = 0.0_wp
         call self%k%constrain(system%fixed_list)
@@ -203,15 +207,15 @@ contains
         real(wp), intent(out), optional :: slope
         logical :: admissible
 
-        if (system%symmetric) then
+        if (self%k%symmetric) then
             call system%strain_energy(self%u_e, merit, admissible)
             merit = merit/stage%force_factor - dot_product(stage%f_external, u)
             if (stage%mass_factor > 0.0_wp) then
                 call system%mass%multiply(u - stage%u_mass, self%work)
                 merit = merit + 0.5_wp*stage%mass_factor*dot_product(u - stage%u_mass, self%work)
             end if
-            if (allocated(self%damping%a)) then
-                call self%damping%multiply(u - stage%u_damping, self%work)
+            if (stage%mass_factor > 0.0_wp .and. allocated(system%damping%a)) then
+                call system%damping%multiply(u - stage%u_damping, self%work)
                 merit = merit + 0.5_wp*stage%damping_factor*dot_product(u - stage%u_damping, self%work)
             end if
             if (present(slope)) slope = dot_product(self%r, self%increment(:, 1))

@@ -8,12 +8,13 @@ module gb_scheme
     private
 
     type, abstract, public :: scheme_t
-        integer :: stages = 1           !! implicit equations a step
+        integer :: stages = 1                           !! implicit equations a step
+        logical :: is_explicit = .false.                !! needs no equations solved
+        logical :: has_symmetric_tangent = .true.       !! where the elements' tangent is symmetric
     contains
         procedure(set_stage_i), deferred :: set_stage
         procedure(finish_stage_i), deferred :: finish_stage
         procedure(load_mix_i), deferred :: load_mix
-        procedure(describe_i), deferred :: describe
     end type scheme_t
 
     abstract interface
@@ -45,13 +46,6 @@ module gb_scheme
             integer, intent(in) :: number
             real(wp), intent(out) :: fraction, weight
         end subroutine load_mix_i
-
-        !> Name and numbers, for the log: "newmark beta=0.25 gamma=0.5".
-        pure function describe_i(self) result(text)
-            import :: scheme_t
-            class(scheme_t), intent(in) :: self
-            character(:), allocatable :: text
-        end function describe_i
     end interface
 
 end module gb_scheme

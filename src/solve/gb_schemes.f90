@@ -2,7 +2,10 @@
 module gb_schemes
     use gb_problem, only: task_t
     use gb_scheme, only: scheme_t
-    use gb_newmark, only: newmark_t
+    use gb_generalized_alpha, only: newmark, hilber_hughes_taylor, chung_hulbert
+    use gb_bathe, only: bathe
+    use gb_energy_momentum, only: energy_momentum
+    use gb_central, only: central
     implicit none
     private
 
@@ -17,7 +20,17 @@ contains
 
         select case (task%scheme)
         case ('newmark')
-            allocate (scheme, source=newmark_t(beta=task%beta, gamma=task%gamma))
+            allocate (scheme, source=newmark(task%beta, task%gamma))
+        case ('hht')
+            allocate (scheme, source=hilber_hughes_taylor(task%alpha))
+        case ('generalized')
+            allocate (scheme, source=chung_hulbert(task%rho))
+        case ('bathe')
+            allocate (scheme, source=bathe(task%rho))
+        case ('energy')
+            allocate (scheme, source=energy_momentum())
+        case ('central')
+            allocate (scheme, source=central())
         end select
     end subroutine make_scheme
 

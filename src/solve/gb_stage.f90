@@ -3,6 +3,7 @@
 !>     R(U) = mass_factor M (U - u_mass) + damping_factor C (U - u_damping) + f_int(u_e) - f_ext = 0,
 !>     u_e = u_start + force_factor (U - u_start).
 !>
+!> where an averaging stage takes for f_int the average over the path from u_start to U (gb_section_average).
 !> Statics is mass_factor = damping_factor = 0 and force_factor = 1. Newton's method sees nothing else of a scheme.
 module gb_stage
     use gb_kinds, only: wp
@@ -13,6 +14,7 @@ module gb_stage
         real(wp) :: mass_factor = 0.0_wp            !! [1/T^2]
         real(wp) :: damping_factor = 0.0_wp         !! [1/T]
         real(wp) :: force_factor = 1.0_wp           !! [-]
+        logical :: averages_force = .false.
         real(wp), allocatable :: u_mass(:)          !! (n)
         real(wp), allocatable :: u_damping(:)       !! (n)
         real(wp), allocatable :: u_start(:)         !! (n)

@@ -40,7 +40,7 @@ contains
         integer :: i
         logical :: exhausted, admissible
 
-        call newton%set_up(system, task%tolerance, task%iterations)
+        call newton%set_up(system, system%symmetric, task%tolerance, task%iterations)
         parts%max_level = task%cuts
         allocate (force(system%n))
         call external%static_forces(force)
@@ -59,13 +59,14 @@ contains
             step%cuts = 0
             from = state%load
             target = merge(task%load, start + (task%load - start)*real(i, wp)/real(task%steps, wp), i == task%steps)
-            call parts%begin_interval()
+            call parts%begin_interval(1.0_wp)
             do while (.not. parts%is_finished())
                 associate (factor => from + (target - from)*parts%next_end())
                     stage%f_external = factor*force
                     u = state%u
                     if (abs(last_factor) > 0.0_wp) u = u + ((factor - state%load)/last_factor)*last_change
                     if (.not. is_admissible(system, u)) u = state%u
+                    call external%motion%impose_factor(factor, u)
                     call newton%solve(system, stage, u, report)
                     step%iterations = step%iterations + report%iterations
                     if (report%outcome /= newton_converged) then

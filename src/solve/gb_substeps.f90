@@ -8,6 +8,7 @@ module gb_substeps
     type, public :: substeps_t
         integer :: max_level = 10       !! halvings allowed
         integer :: level = 0            !! kept from one interval to the next
+        integer :: least_level = 0      !! halvings that a stability limit asks for
         integer :: done = 0             !! parts of 2^level that are behind
     contains
         procedure :: begin_interval
@@ -19,10 +20,17 @@ module gb_substeps
 
 contains
 
-    pure subroutine begin_interval(self)
+    !> Start on an interval that may need to be cut in more than `least_parts` equal parts from the outset.
+    pure subroutine begin_interval(self, least_parts)
         class(substeps_t), intent(inout) :: self
+        real(wp), intent(in) :: least_parts
 
         self%done = 0
+        self%least_level = 0
+        do while (2.0_wp**self%least_level < least_parts .and. self%least_level <= self%max_level)
+            self%least_level = self%least_level + 1
+        end do
+        self%level = max(self%level, self%least_level)
     end subroutine begin_interval
 
     !> Where the next part ends, as a part of the interval, 0 < next_end <= 1 (exact in binary arithmetic).
@@ -37,7 +45,7 @@ contains
         class(substeps_t), intent(inout) :: self
 
         self%done = self%done + 1
-        if (self%level > 0 .and. modulo(self%done, 2) == 0) then
+        if (self%level > self%least_level .and. modulo(self%done, 2) == 0) then
             self%level = self%level - 1
             self%done = self%done/2
         end if

@@ -3,13 +3,15 @@
 module gb_system
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
-    use gb_section, only: material_t, section_t, unlimited_jm, inertia_translational
+    use gb_section, only: material_t, section_t, unlimited_jm, rule_gauss, inertia_translational, inertia_full
     use gb_model, only: model_t
     use gb_quadrature, only: gauss_legendre
     use gb_shape, only: shape_table_t, shape_table, max_nodes, max_points
     use gb_section_gauss, only: n_strains, gauss_invariants
-    use gb_beam, only: section_data_t, element_strains, element_energy, element_force, element_tangent, element_mass
-    use gb_section, only: rule_gauss
+    use gb_beam, only: section_data_t, element_strains, element_energy, element_force, element_tangent, &
+        element_average_tangent, element_mass
+    use gb_inertia, only: element_inertia, element_kinetic_energy
+    use gb_lapack, only: dsyev
     use gb_band, only: band_t
     implicit none
     private
@@ -25,7 +27,10 @@ module gb_system
         real(wp), allocatable :: half_length(:)             !! dX1/ds [L] (ne)
         type(shape_table_t), allocatable :: tables(:)       !! reduced and full integration of 2 to 5 nodes
         type(section_data_t), allocatable :: sections(:)    !! pairs of material and section
-        type(band_t) :: mass                                !! consistent; without the supports' rows removed
+        type(band_t) :: mass                                !! consistent, constant; without elements of full inertia
+        type(band_t) :: damping                             !! Rayleigh damping; not allocated without DAMPING
+        logical, allocatable :: has_full_inertia(:)         !! elements whose mass depends on the configuration (ne)
+        real(wp), allocatable :: mass_moments(:, :)         !! rho (A, I, I4) (3, sections)
         logical, allocatable :: fixed(:)                    !! held or driven unknowns (n)
         integer, allocatable :: fixed_list(:)
         logical, allocatable :: massless(:)                 !! unknowns without inertia (n)
@@ -34,6 +39,11 @@ module gb_system
         procedure :: strain_energy
         procedure :: internal_force
         procedure :: tangent
+        procedure :: average_tangent
+        procedure :: add_inertia
+        procedure :: mass_at
+        procedure :: lumped_mass
+        procedure :: stable_step
         procedure :: kinetic_energy
         procedure :: worst_point
     end type system_t
@@ -58,7 +68,8 @@ contains
             system%n = n_fields*mesh%n_nodes()
             system%n_elements = mesh%n_elements()
             system%kd = n_fields*maxval(mesh%nodes) - 1
-            system%symmetric = .not. model%has_no_potential()
+            system%has_full_inertia = model%sections(mesh%section)%inertia == inertia_full
+            system%symmetric = .not. (model%has_no_potential() .or. any(system%has_full_inertia))
             system%first = n_fields*(mesh%first_node - 1)
             system%tables = [(shape_table(i, i - 1), i=2, max_nodes), (shape_table(i, i), i=2, max_nodes)]
             system%table = merge(mesh%nodes - 1 + max_nodes - 1, mesh%nodes - 1, mesh%full_integration)
@@ -67,19 +78,22 @@ contains
             system%field_scale = [mesh%length(), mesh%length(), 1.0_wp, 1.0_wp, &
                                   1.0_wp/maxval(model%sections(mesh%section)%h)]
         end associate
-        call build_sections(model, system%sections)
+        call build_sections(model, system%sections, system%mass_moments)
         system%fixed = reshape(model%fixed_fields(), [system%n])
         system%fixed_list = pack([(i, i=1, system%n)], system%fixed)
         call build_mass(model, system)
+        call build_damping(model, system)
     end function build_system
 
     !> One set of kernel data for every pair of material and section, material running first.
-    pure subroutine build_sections(model, sections)
+    pure subroutine build_sections(model, sections, mass_moments)
         type(model_t), intent(in) :: model
         type(section_data_t), allocatable, intent(out) :: sections(:)
+        real(wp), allocatable, intent(out) :: mass_moments(:, :)
         integer :: s, m, k
 
         allocate (sections(size(model%sections)*size(model%materials)))
+        allocate (mass_moments(3, size(sections)))
         do s = 1, size(model%sections)
             do m = 1, size(model%materials)
                 k = (s - 1)*size(model%materials) + m
@@ -93,6 +107,7 @@ contains
                     part%inertia = section%second_moment()
                     part%p = [material%mu, material%c, material%beta, 1.0_wp/material%jm]
                     if (material%jm >= unlimited_jm) part%p(4) = 0.0_wp
+                    mass_moments(:, k) = material%rho*[section%area(), section%second_moment(), section%fourth_moment()]
                 end associate
             end do
         end do
@@ -111,15 +126,34 @@ contains
         system%massless = .true.
         do e = 1, system%n_elements
             nodes = model%mesh%nodes(e)
-            table = system%tables(nodes - 1 + max_nodes - 1)
+            table = system%tables(exact_table(system, e))
             density = field_density(model%materials(model%mesh%material(e)), model%sections(model%mesh%section(e)))
-            call element_mass(nodes, table%points, table%n, system%half_length(e)*table%w, density, m)
-            call system%mass%add_block(system%first(e), n_fields*nodes, m)
+            if (.not. system%has_full_inertia(e)) then
+                call element_mass(nodes, table%points, table%n, system%half_length(e)*table%w, density, m)
+                call system%mass%add_block(system%first(e), n_fields*nodes, m)
+            end if
             do i = 1, n_fields*nodes
                 if (density(1 + modulo(i - 1, n_fields)) > 0.0_wp) system%massless(system%first(e) + i) = .false.
             end do
         end do
     end subroutine build_mass
+
+    !> C = mass M + stiffness K, both of the undeformed beam, where the deck asks for damping.
+    subroutine build_damping(model, system)
+        type(model_t), intent(in) :: model
+        type(system_t), intent(inout) :: system
+        type(band_t) :: mass
+        real(wp), allocatable :: rest(:), force(:)
+        logical :: admissible
+
+        if (model%damping%mass <= 0.0_wp .and. model%damping%stiffness <= 0.0_wp) return
+        allocate (rest(system%n), force(system%n))
+        rest = 0.0_wp
+        call system%damping%set_up(system%n, system%kd, symmetric=.true.)
+        call system%tangent(rest, force, system%damping, admissible)
+        call system%mass_at(rest, mass)
+        system%damping%a = model%damping%stiffness*system%damping%a + model%damping%mass*mass%a
+    end subroutine build_damping
 
     !> Mass a unit length of each field, rho (A, A, I, I, I4), or rho (A, A, 0, 0, 0) for translational inertia.
     pure function field_density(material, section) result(density)
@@ -198,14 +232,137 @@ contains
         end do
     end subroutine tangent
 
-    !> Kinetic energy v M v / 2 [F L].
-    pure real(wp) function kinetic_energy(self, v)
+    !> Internal force averaged between the states u0 and u, and its tangent in u (gb_section_average); rule gauss only.
+    pure subroutine average_tangent(self, u0, u, force, k, admissible)
         class(system_t), intent(in) :: self
-        real(wp), intent(in) :: v(self%n)
+        real(wp), intent(in) :: u0(self%n), u(self%n)
+        real(wp), intent(out) :: force(self%n)
+        type(band_t), intent(inout) :: k                    !! general; cleared here
+        logical, intent(out) :: admissible
+        real(wp) :: f(n_fields*max_nodes), block((n_fields*max_nodes)**2)
+        integer :: e, m
+
+        force = 0.0_wp
+        call k%clear()
+        do e = 1, self%n_elements
+            associate (t => self%tables(self%table(e)), first => self%first(e), half => self%half_length(e))
+                m = n_fields*t%nodes
+                call element_average_tangent(t%nodes, t%points, t%n, t%d/half, t%w*half, self%sections(self%kind(e)), &
+                                             u0(first + 1:first + m), u(first + 1:first + m), f, block, admissible)
+                if (.not. admissible) return
+                force(first + 1:first + m) = force(first + 1:first + m) + f(:m)
+                call k%add_block(first, m, block)
+            end associate
+        end do
+    end subroutine average_tangent
+
+    !> force <- force + inertia force of the motion u, v, a;
+    !> k <- k + factors(1) d/du + factors(2) d/dv + factors(3) d/da of it.
+    pure subroutine add_inertia(self, u, v, a, factors, force, k)
+        class(system_t), intent(in) :: self
+        real(wp), intent(in) :: u(self%n), v(self%n), a(self%n), factors(3)
+        real(wp), intent(inout) :: force(self%n)
+        type(band_t), intent(inout) :: k
+        real(wp) :: constant_part(self%n), f(n_fields*max_nodes), block((n_fields*max_nodes)**2)
+        integer :: e, m
+
+        call self%mass%multiply(a, constant_part)
+        force = force + constant_part
+        call k%add_symmetric(factors(3), self%mass)
+        do e = 1, self%n_elements
+            if (.not. self%has_full_inertia(e)) cycle
+            associate (t => self%tables(exact_table(self, e)), first => self%first(e))
+                m = n_fields*t%nodes
+                call element_inertia(t%nodes, t%points, t%n, t%w*self%half_length(e), self%mass_moments(:, self%kind(e)), &
+                                     u(first + 1:first + m), v(first + 1:first + m), a(first + 1:first + m), factors, f, block)
+                force(first + 1:first + m) = force(first + 1:first + m) + f(:m)
+                call k%add_block(first, m, block)
+            end associate
+        end do
+    end subroutine add_inertia
+
+    !> Number of the table that integrates an element's mass exactly: as many points as nodes.
+    pure integer function exact_table(self, element)
+        class(system_t), intent(in) :: self
+        integer, intent(in) :: element
+
+        exact_table = self%tables(self%table(element))%nodes - 1 + max_nodes - 1
+    end function exact_table
+
+    !> Mass matrix of the configuration u.
+    pure subroutine mass_at(self, u, mass)
+        class(system_t), intent(in) :: self
+        real(wp), intent(in) :: u(self%n)
+        type(band_t), intent(out) :: mass
+        real(wp) :: rest(self%n), force(self%n)
+
+        rest = 0.0_wp
+        force = 0.0_wp
+        call mass%set_up(self%n, self%kd, symmetric=.true.)
+        call self%add_inertia(u, rest, rest, [0.0_wp, 0.0_wp, 1.0_wp], force, mass)
+    end subroutine mass_at
+
+    !> Row sums of the constant mass: a diagonal mass that keeps the total (n).
+    pure function lumped_mass(self) result(lumped)
+        class(system_t), intent(in) :: self
+        real(wp) :: lumped(self%n)
+        real(wp) :: ones(self%n)
+
+        ones = 1.0_wp
+        call self%mass%multiply(ones, lumped)
+    end function lumped_mass
+
+    !> A lower bound of the explicit scheme's stable step 2/omega_max at the state u [T]: no frequency of the whole is higher
+    !> than the highest of an element by itself, with lumped mass.
+    subroutine stable_step(self, u, step)
+        class(system_t), intent(in) :: self
+        real(wp), intent(in) :: u(self%n)
+        real(wp), intent(out) :: step
+        real(wp) :: f(n_fields*max_nodes), block((n_fields*max_nodes)**2), scale(n_fields*max_nodes), highest
+        real(wp) :: values(n_fields*max_nodes), work(8*n_fields*max_nodes)
+        real(wp), allocatable :: k(:, :)
+        logical :: admissible
+        integer :: e, i, m, info
+
+        highest = 0.0_wp
+        do e = 1, self%n_elements
+            associate (t => self%tables(self%table(e)), first => self%first(e), half => self%half_length(e))
+                m = n_fields*t%nodes
+                call element_tangent(t%nodes, t%points, t%n, t%d/half, t%w*half, self%sections(self%kind(e)), &
+                                     u(first + 1:first + m), f, block, admissible)
+            end associate
+            associate (t => self%tables(exact_table(self, e)), moments => self%mass_moments(:, self%kind(e)))
+                do i = 1, t%nodes
+                    scale(n_fields*(i - 1) + 1:n_fields*i) = self%half_length(e)*dot_product(t%w(:t%points), &
+                                                             t%n(i, :t%points))*moments([1, 1, 2, 2, 3])
+                end do
+            end associate
+            scale(:m) = 1.0_wp/sqrt(scale(:m))
+            k = reshape(block(:m*m), [m, m])
+            k = 0.5_wp*(k + transpose(k))*spread(scale(:m), 2, m)*spread(scale(:m), 1, m)
+            call dsyev('N', 'U', m, k, m, values, work, size(work), info)
+            highest = max(highest, values(m))
+        end do
+        step = 2.0_wp/sqrt(highest)
+    end subroutine stable_step
+
+    !> Kinetic energy of velocities v in the configuration u [F L].
+    pure real(wp) function kinetic_energy(self, u, v)
+        class(system_t), intent(in) :: self
+        real(wp), intent(in) :: u(self%n), v(self%n)
         real(wp) :: momentum(self%n)
+        integer :: e, m
 
         call self%mass%multiply(v, momentum)
         kinetic_energy = 0.5_wp*dot_product(v, momentum)
+        do e = 1, self%n_elements
+            if (.not. self%has_full_inertia(e)) cycle
+            associate (t => self%tables(exact_table(self, e)), first => self%first(e))
+                m = n_fields*t%nodes
+                kinetic_energy = kinetic_energy + element_kinetic_energy(t%nodes, t%points, t%n, t%w*self%half_length(e), &
+                    self%mass_moments(:, self%kind(e)), u(first + 1:first + m), v(first + 1:first + m))
+            end associate
+        end do
     end function kinetic_energy
 
     !> The point of the state u that is farthest into, or nearest to, the inadmissible: smallest J if some J is not

@@ -1,40 +1,32 @@
-!> TRANSIENT: implicit time integration in steps that end on every jump or corner of a load history. A step is
-!> proposed, solved and only then committed; one that fails leaves the committed state as it was and is repeated in
-!> halves.
+!> TRANSIENT: steps of fixed size, or of a size that keeps the local error below `accuracy`. Both end on every jump or
+!> corner of a history; a step that fails is repeated in smaller parts.
 module gb_transient
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_solution
     use gb_text, only: to_text
-    use gb_band, only: band_t
+    use gb_fields, only: n_fields
     use gb_mesh, only: mesh_t
     use gb_problem, only: task_t
     use gb_state, only: state_t
     use gb_recorder, only: recorder_t, step_record_t
     use gb_system, only: system_t
     use gb_external, only: external_t
-    use gb_stage, only: stage_t
-    use gb_newton, only: newton_t, newton_report_t, newton_converged
     use gb_substeps, only: substeps_t
-    use gb_scheme, only: scheme_t
-    use gb_schemes, only: make_scheme
+    use gb_stepper, only: stepper_t
     use gb_failure, only: failure_reason
     implicit none
     private
 
-    public :: run_transient, equilibrium_acceleration
+    public :: run_transient
 
     !> Two instants closer than this part of a step are one.
     real(wp), parameter :: same_instant = 1.0e-9_wp
-
-    !> All that one step needs, so that it is allocated once.
-    type :: stepper_t
-        class(scheme_t), allocatable :: scheme
-        type(newton_t) :: newton
-        type(newton_report_t) :: report
-        type(stage_t) :: stage
-        type(state_t) :: previous, trial
-        real(wp), allocatable :: f_start(:), f_end(:)   !! external force at the start (after a jump) and the end (before one)
-    end type stepper_t
+    !> The explicit scheme stays this far below its limit, which is computed anew every so many steps.
+    real(wp), parameter :: explicit_safety = 0.9_wp
+    integer, parameter :: explicit_interval = 10
+    !> Adaptive steps: first step and smallest step as parts of the duration, and how a step may change at once.
+    real(wp), parameter :: first_part = 1.0e-4_wp, smallest_part = 1.0e-12_wp
+    real(wp), parameter :: safety = 0.9_wp, least_growth = 0.2_wp, most_growth = 3.0_wp
 
 contains
 
@@ -49,59 +41,94 @@ contains
         class(recorder_t), intent(inout) :: recorder
         type(error_t), allocatable, intent(out) :: error
         type(stepper_t) :: stepper
-        type(substeps_t) :: parts
         type(step_record_t) :: step
         real(wp), allocatable :: events(:)
-        real(wp) :: from, target
-        integer :: grid
+        real(wp) :: span
+
+        span = merge(task%step, first_part*task%end_time, task%step > 0.0_wp)
+        call stepper%start(system, external, task, span, state, error)
+        if (allocated(error)) return
+        call report(stepper, system, task, 0.0_wp, state, step, recorder, error)
+        if (allocated(error)) return
+        events = external%events(task%end_time)
+        if (task%step > 0.0_wp) then
+            call take_fixed_steps(stepper, system, external, mesh, task, events, state, step, recorder, error)
+        else
+            call take_adaptive_steps(stepper, system, external, mesh, task, events, state, step, recorder, error)
+        end if
+    end subroutine run_transient
+
+    !> Tell the recorder of the state that has been reached in a step of the given size.
+    subroutine report(stepper, system, task, size, state, step, recorder, error)
+        type(stepper_t), intent(inout) :: stepper
+        type(system_t), intent(in) :: system
+        type(task_t), intent(in) :: task
+        real(wp), intent(in) :: size                    !! [T]
+        type(state_t), intent(in) :: state
+        type(step_record_t), intent(inout) :: step
+        class(recorder_t), intent(inout) :: recorder
+        type(error_t), allocatable, intent(out) :: error
         logical :: admissible
 
-        call make_scheme(task, stepper%scheme)
-        call stepper%newton%set_up(system, task%tolerance, task%iterations)
-        allocate (stepper%f_start(system%n), stepper%f_end(system%n), stepper%stage%f_external(system%n))
-        parts%max_level = task%cuts
-        state%time = 0.0_wp
-        call external%force_at(0.0_wp, .false., stepper%f_start, error)
-        if (allocated(error)) return
-        call equilibrium_acceleration(system, stepper%f_start, state, error)
-        if (allocated(error)) return
-        step%kinetic = system%kinetic_energy(state%v)
+        step%abscissa = state%time
+        step%step = size
+        step%progress = state%time/task%end_time
+        step%iterations = stepper%take_iterations()
+        step%residual = stepper%report%residual
+        if (allocated(stepper%report%increments)) step%increments = stepper%report%increments
+        step%kinetic = stepper%kinetic(system, state)
         call system%strain_energy(state%u, step%strain, admissible)
+        step%external = stepper%external
+        step%dissipated = stepper%dissipated
         call recorder%record_step(step, state, error)
-        if (allocated(error)) return
-        stepper%previous = state
-        stepper%trial = state
-        events = external%events(task%end_time)
+    end subroutine report
+
+    subroutine take_fixed_steps(stepper, system, external, mesh, task, events, state, step, recorder, error)
+        type(stepper_t), intent(inout) :: stepper
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(mesh_t), intent(in) :: mesh
+        type(task_t), intent(in) :: task
+        real(wp), intent(in) :: events(:)               !! increasing [T]
+        type(state_t), intent(inout) :: state
+        type(step_record_t), intent(inout) :: step
+        class(recorder_t), intent(inout) :: recorder
+        type(error_t), allocatable, intent(out) :: error
+        type(substeps_t) :: parts
+        real(wp) :: from, target, limit
+        integer :: grid
+        logical :: at_event
+
+        parts%max_level = task%cuts
+        limit = huge(limit)
         grid = 0
         do while (state%time < task%end_time)
             from = state%time
-            call next_instant(task, events, from, grid, target, step%on_grid)
-            call walk(stepper, system, external, mesh, from, target, parts, state, step, error)
+            if (stepper%scheme%is_explicit .and. modulo(step%number, explicit_interval) == 0) then
+                call system%stable_step(state%u, limit)
+                limit = explicit_safety*limit
+            end if
+            call next_instant(task, events, from, grid, target, step%on_grid, at_event)
+            call walk(stepper, system, external, mesh, from, target, limit, at_event, parts, state, step, error)
             if (allocated(error)) then
                 error%message = 'TRANSIENT: step ' // to_text(step%number + 1) // error%message
                 return
             end if
             step%number = step%number + 1
-            step%abscissa = state%time
-            step%step = target - from
-            step%progress = state%time/task%end_time
-            step%residual = stepper%report%residual
-            step%increments = stepper%report%increments
-            step%kinetic = system%kinetic_energy(state%v)
-            call system%strain_energy(state%u, step%strain, admissible)
-            call recorder%record_step(step, state, error)
+            call report(stepper, system, task, target - from, state, step, recorder, error)
             if (allocated(error)) return
         end do
-    end subroutine run_transient
+    end subroutine take_fixed_steps
 
-    !> Where the step that starts at `from` ends: on the next multiple of the step, on a load's event, or at the end.
-    pure subroutine next_instant(task, events, from, grid, target, on_grid)
+    !> Where the step that starts at `from` ends: on the next multiple of the step, on an event, or at the end.
+    pure subroutine next_instant(task, events, from, grid, target, on_grid, at_event)
         type(task_t), intent(in) :: task
         real(wp), intent(in) :: events(:)           !! increasing [T]
         real(wp), intent(in) :: from                !! [T]
         integer, intent(inout) :: grid              !! multiples of the step behind
         real(wp), intent(out) :: target             !! [T]
         logical, intent(out) :: on_grid             !! whether it is a multiple of the step, or the end
+        logical, intent(out) :: at_event
         real(wp) :: slack, multiple
         integer :: i
 
@@ -110,26 +137,45 @@ contains
         if (multiple > task%end_time - slack) multiple = task%end_time
         target = multiple
         on_grid = .true.
-        do i = 1, size(events)
-            if (events(i) <= from + slack) cycle
-            if (events(i) < multiple - slack) then
-                target = events(i)
-                on_grid = .false.
-            else if (events(i) <= multiple + slack) then
+        at_event = .false.
+        i = first_after(events, from + slack)
+        if (i <= size(events)) then
+            if (events(i) <= multiple + slack) then
+                at_event = .true.
+                on_grid = events(i) >= multiple - slack
                 target = events(i)
             end if
-            exit
-        end do
+        end if
         if (on_grid) grid = grid + 1
     end subroutine next_instant
 
+    !> Number of the first event after an instant, by bisection; size + 1 where there is none.
+    pure integer function first_after(events, instant) result(first)
+        real(wp), intent(in) :: events(:), instant
+        integer :: low, high, middle
+
+        low = 0
+        high = size(events) + 1
+        do while (high - low > 1)
+            middle = (low + high)/2
+            if (events(middle) > instant) then
+                high = middle
+            else
+                low = middle
+            end if
+        end do
+        first = high
+    end function first_after
+
     !> Go from one instant to the next, in as many halvings as it takes.
-    subroutine walk(stepper, system, external, mesh, from, target, parts, state, step, error)
+    subroutine walk(stepper, system, external, mesh, from, target, limit, at_event, parts, state, step, error)
         type(stepper_t), intent(inout) :: stepper
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         type(mesh_t), intent(in) :: mesh
         real(wp), intent(in) :: from, target        !! [T]
+        real(wp), intent(in) :: limit               !! largest stable step of an explicit scheme [T]
+        logical, intent(in) :: at_event
         type(substeps_t), intent(inout) :: parts
         type(state_t), intent(inout) :: state
         type(step_record_t), intent(inout) :: step
@@ -137,14 +183,21 @@ contains
         real(wp) :: until, part
         logical :: exhausted, is_solved
 
-        step%iterations = 0
         step%cuts = 0
-        call parts%begin_interval()
+        call parts%begin_interval((target - from)/limit)
         do while (.not. parts%is_finished())
             part = parts%next_end()
             until = merge(target, from + (target - from)*part, part >= 1.0_wp)
-            call propose(stepper, system, external, state, until, step, is_solved, error)
-            if (allocated(error)) return
+            if (parts%level > parts%max_level) then
+                call raise(error, status_solution, ': the explicit scheme is stable up to a step of ' // to_text(limit) // &
+                           ' here, more than ' // to_text(parts%max_level) // ' halvings (cuts=) below step=')
+                return
+            end if
+            call stepper%propose(system, external, state, until, is_solved, error)
+            if (allocated(error)) then
+                error%message = ': ' // error%message
+                return
+            end if
             if (.not. is_solved) then
                 step%cuts = step%cuts + 1
                 call parts%reject(exhausted)
@@ -152,121 +205,115 @@ contains
                 call raise(error, status_solution, ' failed from t = ' // to_text(state%time) // ' to ' // to_text(until) &
                            // ' after ' // to_text(parts%max_level) // ' cuts: ' &
                            // failure_reason(system, stepper%report, stepper%trial%u, mesh%x) &
-                           // '. Try a smaller step=, or a scheme that damps or conserves')
+                           // '. Try a smaller step=, or a scheme that damps (bathe) or conserves (energy)')
                 return
             end if
-            step%external = step%external + 0.5_wp*dot_product(stepper%f_start + stepper%f_end, stepper%trial%u - state%u)
-            call commit(stepper, system, external, state, error)
+            call stepper%commit(system, external, at_event .and. part >= 1.0_wp, state, error)
             if (allocated(error)) return
             call parts%accept()
         end do
     end subroutine walk
 
-    !> Solve the stages of a step that ends at `until`; the committed state is not touched.
-    subroutine propose(stepper, system, external, state, until, step, is_solved, error)
+    !> Steps whose local error, relative to the largest displacement so far, stays below task%accuracy. The error of two
+    !> half steps is estimated from the difference to one whole step (a third of it, for schemes of second order), and a
+    !> proportional-integral controller chooses the next step. The half steps are what is kept.
+    subroutine take_adaptive_steps(stepper, system, external, mesh, task, events, state, step, recorder, error)
         type(stepper_t), intent(inout) :: stepper
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
-        type(state_t), intent(in) :: state
-        real(wp), intent(in) :: until               !! [T]
+        type(mesh_t), intent(in) :: mesh
+        type(task_t), intent(in) :: task
+        real(wp), intent(in) :: events(:)               !! increasing [T]
+        type(state_t), intent(inout) :: state
         type(step_record_t), intent(inout) :: step
+        class(recorder_t), intent(inout) :: recorder
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: dt, size, target, misfit, last_misfit, largest
+        logical :: is_solved, at_event
+        integer :: i
+
+        dt = first_part*task%end_time
+        last_misfit = 1.0_wp
+        largest = 1.0e-3_wp*system%field_scale(1)
+        do while (state%time < task%end_time)
+            step%cuts = 0
+            do
+                i = first_after(events, state%time*(1.0_wp + epsilon(1.0_wp)))
+                target = task%end_time
+                if (i <= ubound(events, 1)) target = events(i)
+                at_event = target < task%end_time
+                ! A step that would leave a sliver behind takes it along, or shares the way with the next.
+                size = target - state%time
+                if (dt < 0.999_wp*size) then
+                    size = min(dt, 0.5_wp*size)
+                    target = state%time + size
+                    at_event = .false.
+                end if
+                call stepper%remember(state)
+                call try_step(stepper, system, external, size, target, at_event, state, largest, misfit, is_solved, error)
+                if (allocated(error)) return
+                misfit = misfit/task%accuracy
+                if (is_solved .and. misfit <= 1.0_wp) exit
+                call stepper%go_back(state)
+                step%cuts = step%cuts + 1
+                if (is_solved) then
+                    dt = size*max(least_growth, safety*misfit**(-1.0_wp/3.0_wp))
+                else
+                    dt = 0.25_wp*size
+                end if
+                if (dt < smallest_part*task%end_time) then
+                    call raise(error, status_solution, 'TRANSIENT: step ' // to_text(step%number + 1) // &
+                               ': no step from t = ' // to_text(state%time) // ' keeps accuracy=' // to_text(task%accuracy) // &
+                               '; ' // failure_reason(system, stepper%report, stepper%trial%u, mesh%x))
+                    return
+                end if
+            end do
+            misfit = max(misfit, 1.0e-4_wp)
+            dt = size*min(most_growth, max(least_growth, &
+                safety*misfit**(-0.7_wp/3.0_wp)*last_misfit**(0.4_wp/3.0_wp)))
+            last_misfit = misfit
+            step%number = step%number + 1
+            call report(stepper, system, task, size, state, step, recorder, error)
+            if (allocated(error)) return
+        end do
+    end subroutine take_adaptive_steps
+
+    !> One whole step for comparison, then two half steps that are committed. misfit is the estimated error of the half
+    !> steps' displacements over `largest`, the largest displacement so far.
+    subroutine try_step(stepper, system, external, size, target, at_event, state, largest, misfit, is_solved, error)
+        type(stepper_t), intent(inout) :: stepper
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        real(wp), intent(in) :: size, target            !! [T]
+        logical, intent(in) :: at_event
+        type(state_t), intent(inout) :: state
+        real(wp), intent(inout) :: largest              !! [L]
+        real(wp), intent(out) :: misfit
         logical, intent(out) :: is_solved
         type(error_t), allocatable, intent(out) :: error
-        real(wp) :: dt, fraction, weight
-        integer :: number
+        real(wp), allocatable :: coarse(:)
 
-        dt = until - state%time
-        stepper%previous = state
-        do number = 1, stepper%scheme%stages
-            call stepper%scheme%load_mix(number, fraction, weight)
-            stepper%trial%time = merge(until, state%time + fraction*dt, fraction >= 1.0_wp)
-            call external%force_at(stepper%trial%time, .true., stepper%f_end, error)
-            if (allocated(error)) return
-            call stepper%scheme%set_stage(number, dt, state, stepper%previous, stepper%stage)
-            stepper%stage%f_external = weight*stepper%f_end + (1.0_wp - weight)*stepper%f_start
-            call guess(system, stepper%stage, fraction*dt, state, stepper%trial%u)
-            call stepper%newton%solve(system, stepper%stage, stepper%trial%u, stepper%report)
-            step%iterations = step%iterations + stepper%report%iterations
-            is_solved = stepper%report%outcome == newton_converged
-            if (.not. is_solved) return
-            call stepper%scheme%finish_stage(number, dt, state, stepper%previous, stepper%trial)
-            call settle_massless(system, fraction*dt, state, stepper%trial)
-            if (number < stepper%scheme%stages) stepper%previous = stepper%trial
-        end do
-    end subroutine propose
-
-    !> First guess of a stage: the velocities go on; where that is inadmissible, nothing moves.
-    pure subroutine guess(system, stage, dt, state, u)
-        type(system_t), intent(in) :: system
-        type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: dt
-        type(state_t), intent(in) :: state
-        real(wp), intent(inout) :: u(:)
-        real(wp) :: energy, u_e(size(u))
-        logical :: admissible
-
-        u = state%u + dt*state%v
-        call stage%evaluation_point(u, u_e)
-        call system%strain_energy(u_e, energy, admissible)
-        if (.not. admissible) u = state%u
-    end subroutine guess
-
-    !> Fields without inertia follow the others: the scheme's own formulas would let their derivatives, which nothing
-    !> depends on, alternate from step to step.
-    pure subroutine settle_massless(system, dt, state, reached)
-        type(system_t), intent(in) :: system
-        real(wp), intent(in) :: dt
-        type(state_t), intent(in) :: state
-        type(state_t), intent(inout) :: reached
-
-        where (system%massless)
-            reached%v = (reached%u - state%u)/dt
-            reached%a = 0.0_wp
-        end where
-    end subroutine settle_massless
-
-    !> The proposed state becomes the committed one; where a load jumps there, the acceleration is computed anew.
-    subroutine commit(stepper, system, external, state, error)
-        type(stepper_t), intent(inout) :: stepper
-        type(system_t), intent(in) :: system
-        type(external_t), intent(in) :: external
-        type(state_t), intent(inout) :: state
-        type(error_t), allocatable, intent(out) :: error
-
-        state%time = stepper%trial%time
-        state%u = stepper%trial%u
-        state%v = stepper%trial%v
-        state%a = stepper%trial%a
-        call external%force_at(state%time, .false., stepper%f_start, error)
+        misfit = huge(misfit)
+        call stepper%propose(system, external, state, target, is_solved, error)
+        if (allocated(error) .or. .not. is_solved) return
+        coarse = stepper%trial%u
+        call stepper%propose(system, external, state, state%time + 0.5_wp*size, is_solved, error)
+        if (allocated(error) .or. .not. is_solved) return
+        call stepper%commit(system, external, .false., state, error)
         if (allocated(error)) return
-        if (any(abs(stepper%f_start - stepper%f_end) > 0.0_wp)) then
-            call equilibrium_acceleration(system, stepper%f_start, state, error)
-        end if
-    end subroutine commit
+        call stepper%propose(system, external, state, target, is_solved, error)
+        if (allocated(error) .or. .not. is_solved) return
+        call stepper%commit(system, external, at_event, state, error)
+        if (allocated(error)) return
+        largest = max(largest, largest_displacement(state%u))
+        misfit = largest_displacement(state%u - coarse)/(3.0_wp*largest)
+    end subroutine try_step
 
-    !> state%a from M a = f - f_int(u), held fields and fields without inertia at zero.
-    subroutine equilibrium_acceleration(system, force, state, error)
-        type(system_t), intent(in) :: system
-        real(wp), intent(in) :: force(:)
-        type(state_t), intent(inout) :: state
-        type(error_t), allocatable, intent(out) :: error
-        type(band_t) :: mass
-        real(wp), allocatable :: internal(:), a(:, :)
-        integer :: i, singular
-        logical :: admissible
+    !> Largest length of (u1, u3) over the nodes [L].
+    pure real(wp) function largest_displacement(u)
+        real(wp), intent(in) :: u(:)
 
-        allocate (internal(system%n), a(system%n, 1))
-        call system%internal_force(state%u, internal, admissible)
-        if (.not. admissible) then
-            call raise(error, status_solution, 'TRANSIENT: the start state is not admissible (J <= 0 or I1-2 >= jm somewhere)')
-            return
-        end if
-        mass = system%mass
-        call mass%constrain(pack([(i, i=1, system%n)], system%fixed .or. system%massless))
-        a(:, 1) = merge(0.0_wp, force - internal, system%fixed .or. system%massless)
-        call mass%factorise(singular)
-        call mass%solve(a)
-        state%a = a(:, 1)
-    end subroutine equilibrium_acceleration
+        largest_displacement = sqrt(maxval(u(1::n_fields)**2 + u(2::n_fields)**2))
+    end function largest_displacement
 
 end module gb_transient

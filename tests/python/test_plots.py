@@ -211,11 +211,23 @@ def test_normalised_axis_says_by_what(tip, builder):
     assert tip.draws(path, "--normalise", "10").axes[0].get_ylabel() == "$u_3$ / (10 in) at tip"
 
 
-def test_probe_without_known_field_goes_by_its_name(tip, builder):
+@pytest.mark.parametrize(
+    "description, quantity",
+    [
+        ("u3 at x = 10", "$u_3$ at tip"),
+        ("xi at x = 10", r"$\xi$ at tip"),
+        ("velocity of u3 at x = 10", r"$\dot{u}_3$ at tip"),
+        ("acceleration of u1 at x = 10", r"$\ddot{u}_1$ at tip"),
+        ("velocity of y1 at x = 10", "tip"),
+        ("u30 at x = 10", "tip"),
+        ("", "tip"),
+    ],
+)
+def test_quantity_is_read_from_the_description(tip, builder, description, quantity):
     path = builder.write()
     with h5py.File(path, "r+") as file:
-        file["transient/probes/tip"].attrs["description"] = "something else"
-    assert tip.draws(path).axes[0].get_ylabel() == "tip (in)"
+        file["transient/probes/tip"].attrs["description"] = description
+    assert tip.draws(path).axes[0].get_ylabel() == f"{quantity} (in)"
 
 
 def test_family_is_labelled_by_what_differs(tip, family):

@@ -1,0 +1,113 @@
+!> Driven supports (PRESCRIBE): fields at nodes that follow value * history.
+module gb_motion
+    use gb_kinds, only: wp
+    use gb_error, only: error_t, raise, status_solution
+    use gb_text, only: to_text
+    use gb_fields, only: n_fields, dof_index
+    use gb_history, only: history_t
+    use gb_model, only: model_t
+    use gb_state, only: state_t
+    implicit none
+    private
+
+    type, public :: motion_t
+        integer, allocatable :: unknown(:)          !! driven unknowns; empty where nothing is driven
+        real(wp), allocatable :: value(:)           !! theirs at factor 1
+        integer, allocatable :: history(:)
+        type(history_t), allocatable :: histories(:)
+    contains
+        procedure :: impose
+        procedure :: impose_factor
+        procedure :: restart
+        procedure :: is_driven
+    end type motion_t
+
+    public :: build_motion
+
+    !> Derivatives of a history are taken over this part of a step: small against the step, large against round-off.
+    real(wp), parameter :: difference_part = 1.0e-4_wp
+
+contains
+
+    pure function build_motion(model) result(motion)
+        type(model_t), intent(in) :: model
+        type(motion_t) :: motion
+        integer :: i, field
+
+        allocate (motion%unknown(0), motion%value(0), motion%history(0))
+        motion%histories = model%histories
+        do i = 1, size(model%prescribed)
+            associate (support => model%prescribed(i))
+                do field = 1, n_fields
+                    if (.not. support%driven(field)) cycle
+                    motion%unknown = [motion%unknown, dof_index(field, model%mesh%node_at(support%x))]
+                    motion%value = [motion%value, support%value(field)]
+                    motion%history = [motion%history, support%history]
+                end do
+            end associate
+        end do
+    end function build_motion
+
+    pure logical function is_driven(self)
+        class(motion_t), intent(in) :: self
+
+        is_driven = size(self%unknown) > 0
+    end function is_driven
+
+    !> Statics: driven fields at a load factor, each history taken as 1.
+    pure subroutine impose_factor(self, factor, u)
+        class(motion_t), intent(in) :: self
+        real(wp), intent(in) :: factor
+        real(wp), intent(inout) :: u(:)
+
+        u(self%unknown) = factor*self%value
+    end subroutine impose_factor
+
+    !> Driven fields at time t; `before` asks for the values just before a jump.
+    pure subroutine impose(self, t, before, u, error)
+        class(motion_t), intent(in) :: self
+        real(wp), intent(in) :: t                   !! [T]
+        logical, intent(in) :: before
+        real(wp), intent(inout) :: u(:)
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: factor
+        logical :: defined
+        integer :: i
+
+        do i = 1, size(self%unknown)
+            associate (history => self%histories(self%history(i)))
+                call history%evaluate(t, before, factor, defined)
+                if (.not. defined) then
+                    call raise(error, status_solution, 'the formula of HISTORY ' // history%name // &
+                               ' has no finite value at t = ' // to_text(t))
+                    return
+                end if
+            end associate
+            u(self%unknown(i)) = self%value(i)*factor
+        end do
+    end subroutine impose
+
+    !> Driven fields and their derivatives from time t on: at the start, and after a jump or corner. Derivatives are
+    !> one-sided differences of second order (velocity) and first order (acceleration).
+    pure subroutine restart(self, t, step, state, error)
+        class(motion_t), intent(in) :: self
+        real(wp), intent(in) :: t, step             !! [T]
+        type(state_t), intent(inout) :: state
+        type(error_t), allocatable, intent(out) :: error
+        real(wp), allocatable :: u1(:), u2(:)
+        real(wp) :: d
+
+        d = difference_part*step
+        u1 = state%u
+        u2 = state%u
+        call self%impose(t, .false., state%u, error)
+        if (.not. allocated(error)) call self%impose(t + d, .true., u1, error)
+        if (.not. allocated(error)) call self%impose(t + 2.0_wp*d, .true., u2, error)
+        if (allocated(error)) return
+        associate (i => self%unknown)
+            state%v(i) = (4.0_wp*(u1(i) - state%u(i)) - (u2(i) - state%u(i)))/(2.0_wp*d)
+            state%a(i) = (state%u(i) - 2.0_wp*u1(i) + u2(i))/d**2
+        end associate
+    end subroutine restart
+
+end module gb_motion

@@ -1,0 +1,343 @@
+!> One step of a transient: proposed, solved, and only then committed; a step that fails leaves the committed state as it
+!> was. The stepper also keeps the energy ledger.
+module gb_stepper
+    use gb_kinds, only: wp
+    use gb_error, only: error_t, raise, status_solution
+    use gb_text, only: to_text
+    use gb_band, only: band_t
+    use gb_problem, only: task_t
+    use gb_state, only: state_t
+    use gb_system, only: system_t
+    use gb_external, only: external_t
+    use gb_stage, only: stage_t
+    use gb_newton, only: newton_t, newton_report_t, newton_converged, newton_inadmissible
+    use gb_scheme, only: scheme_t
+    use gb_schemes, only: make_scheme
+    implicit none
+    private
+
+    !> What a committed step changes besides the state.
+    type :: mark_t
+        type(state_t) :: state
+        real(wp), allocatable :: f_start(:), reaction(:)
+        real(wp) :: external = 0.0_wp, dissipated = 0.0_wp
+    end type mark_t
+
+    type, public :: stepper_t
+        class(scheme_t), allocatable :: scheme
+        type(newton_t) :: newton
+        type(newton_report_t) :: report             !! of the last solution
+        type(state_t) :: trial                      !! the state proposed
+        type(state_t) :: previous                   !! end of the previous stage
+        type(stage_t) :: stage
+        real(wp) :: span = 0.0_wp                   !! natural step: driven supports are differentiated on its scale [T]
+        real(wp), allocatable :: f_start(:)         !! external force at the committed state, after a jump (n)
+        real(wp), allocatable :: f_end(:)           !! external force at the proposed state, before a jump (n)
+        real(wp), allocatable :: lumped(:)          !! explicit scheme: diagonal mass (n)
+        real(wp), allocatable :: reaction(:)        !! of the driven unknowns at the committed state
+        real(wp) :: external = 0.0_wp               !! work of loads and driven supports so far [F L]
+        real(wp) :: dissipated = 0.0_wp             !! energy taken by damping so far [F L]
+        type(mark_t) :: mark                        !! where `go_back` returns to
+        integer :: iterations = 0                   !! since the last call of `take_iterations`
+    contains
+        procedure :: start
+        procedure :: propose
+        procedure :: commit
+        procedure :: remember
+        procedure :: go_back
+        procedure :: kinetic
+        procedure :: take_iterations
+    end type stepper_t
+
+contains
+
+    !> Make the state ready at time 0: driven supports in place, acceleration from equilibrium.
+    subroutine start(self, system, external, task, span, state, error)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(task_t), intent(in) :: task
+        real(wp), intent(in) :: span                !! [T]
+        type(state_t), intent(inout) :: state
+        type(error_t), allocatable, intent(out) :: error
+
+        call make_scheme(task, self%scheme)
+        call self%newton%set_up(system, system%symmetric .and. self%scheme%has_symmetric_tangent, task%tolerance, &
+                                task%iterations)
+        allocate (self%f_start(system%n), self%f_end(system%n), self%stage%f_external(system%n))
+        if (self%scheme%is_explicit) self%lumped = system%lumped_mass()
+        self%span = span
+        state%time = 0.0_wp
+        call restart(self, system, external, state, error)
+        self%trial = state
+        self%previous = state
+    end subroutine start
+
+    !> At time 0 and after a jump: driven supports and loads have their values from then on, and accelerations follow.
+    subroutine restart(self, system, external, state, error)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(state_t), intent(inout) :: state
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: before, after
+        logical :: admissible
+
+        if (external%motion%is_driven()) then
+            call system%strain_energy(state%u, before, admissible)
+            call external%motion%restart(state%time, self%span, state, error)
+            if (allocated(error)) return
+            call system%strain_energy(state%u, after, admissible)
+            if (admissible .and. state%time > 0.0_wp) self%external = self%external + after - before
+        end if
+        call external%force_at(state%time, .false., self%f_start, error)
+        if (allocated(error)) return
+        call equilibrium_acceleration(self, system, external, self%f_start, state, admissible)
+        if (.not. admissible) then
+            call raise(error, status_solution, 'TRANSIENT: the state at t = ' // to_text(state%time) // &
+                       ' is not admissible (J <= 0 or I1-2 >= jm somewhere): check INITIAL and PRESCRIBE')
+            return
+        end if
+        if (external%motion%is_driven()) call find_reaction(self, system, external, self%f_start, state)
+    end subroutine restart
+
+    !> Solve for the state at time `until`. The committed state is not touched.
+    subroutine propose(self, system, external, state, until, is_solved, error)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(state_t), intent(in) :: state
+        real(wp), intent(in) :: until               !! [T]
+        logical, intent(out) :: is_solved
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: dt, fraction, weight
+        integer :: number
+
+        dt = until - state%time
+        self%previous = state
+        do number = 1, self%scheme%stages
+            call self%scheme%load_mix(number, fraction, weight)
+            self%trial%time = merge(until, state%time + fraction*dt, fraction >= 1.0_wp)
+            call external%force_at(self%trial%time, .true., self%f_end, error)
+            if (allocated(error)) return
+            call self%scheme%set_stage(number, dt, state, self%previous, self%stage)
+            if (self%scheme%is_explicit) then
+                call explicit_state(self, system, external, state, is_solved, error)
+            else
+                self%stage%f_external = weight*self%f_end + (1.0_wp - weight)*self%f_start
+                call guess(self, system, fraction*dt, state)
+                call external%motion%impose(self%trial%time, .true., self%trial%u, error)
+                if (allocated(error)) return
+                call self%newton%solve(system, self%stage, self%trial%u, self%report)
+                self%iterations = self%iterations + self%report%iterations
+                is_solved = self%report%outcome == newton_converged
+            end if
+            if (allocated(error) .or. .not. is_solved) return
+            call self%scheme%finish_stage(number, dt, state, self%previous, self%trial)
+            call settle_massless(system, fraction*dt, state, self%trial)
+            if (number < self%scheme%stages) self%previous = self%trial
+        end do
+    end subroutine propose
+
+    !> The state of an explicit scheme: displacements as predicted, acceleration from equilibrium with lumped mass.
+    subroutine explicit_state(self, system, external, state, is_solved, error)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(state_t), intent(in) :: state
+        logical, intent(out) :: is_solved
+        type(error_t), allocatable, intent(out) :: error
+
+        self%trial%u = self%stage%u_mass
+        self%trial%u(system%fixed_list) = state%u(system%fixed_list)
+        call external%motion%impose(self%trial%time, .true., self%trial%u, error)
+        if (allocated(error)) return
+        self%trial%v = self%stage%damping_factor*(self%trial%u - self%stage%u_damping)
+        self%trial%a = state%a
+        call equilibrium_acceleration(self, system, external, self%f_end, self%trial, is_solved)
+        self%report = newton_report_t(outcome=newton_converged)
+        if (.not. is_solved) then
+            self%report%outcome = newton_inadmissible
+            self%report%rejected = self%trial%u
+        end if
+        allocate (self%report%increments(0))
+    end subroutine explicit_state
+
+    !> First guess of a stage: the velocities go on; where that is inadmissible, nothing moves.
+    pure subroutine guess(self, system, dt, state)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        real(wp), intent(in) :: dt
+        type(state_t), intent(in) :: state
+        real(wp) :: energy, u_e(system%n)
+        logical :: admissible
+
+        self%trial%u = state%u + dt*state%v
+        self%trial%u(system%fixed_list) = state%u(system%fixed_list)
+        call self%stage%evaluation_point(self%trial%u, u_e)
+        call system%strain_energy(u_e, energy, admissible)
+        if (.not. admissible) self%trial%u = state%u
+    end subroutine guess
+
+    !> Fields without inertia follow the others: the scheme's own formulas would let their derivatives, which nothing
+    !> depends on, alternate from step to step.
+    pure subroutine settle_massless(system, dt, state, reached)
+        type(system_t), intent(in) :: system
+        real(wp), intent(in) :: dt
+        type(state_t), intent(in) :: state
+        type(state_t), intent(inout) :: reached
+
+        where (system%massless)
+            reached%v = (reached%u - state%u)/dt
+            reached%a = 0.0_wp
+        end where
+    end subroutine settle_massless
+
+    !> The proposed state becomes the committed one, and the ledger is carried on.
+    subroutine commit(self, system, external, at_event, state, error)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        logical, intent(in) :: at_event             !! whether a load or a driven support jumps or has a corner there
+        type(state_t), intent(inout) :: state
+        type(error_t), allocatable, intent(out) :: error
+        real(wp), allocatable :: drag(:), reaction_start(:)
+
+        self%external = self%external + 0.5_wp*dot_product(self%f_start + self%f_end, self%trial%u - state%u)
+        if (allocated(system%damping%a)) then
+            allocate (drag(system%n))
+            call system%damping%multiply(0.5_wp*(state%v + self%trial%v), drag)
+            self%dissipated = self%dissipated + dot_product(drag, self%trial%u - state%u)
+        end if
+        if (external%motion%is_driven()) then
+            reaction_start = self%reaction
+            call find_reaction(self, system, external, self%f_end, self%trial)
+            associate (i => external%motion%unknown)
+                self%external = self%external + 0.5_wp*dot_product(reaction_start + self%reaction, &
+                                                                   self%trial%u(i) - state%u(i))
+            end associate
+        end if
+        state%time = self%trial%time
+        state%u = self%trial%u
+        state%v = self%trial%v
+        state%a = self%trial%a
+        if (at_event) then
+            call external%force_at(state%time, .false., self%f_start, error)
+            if (allocated(error)) return
+            if (external%motion%is_driven() .or. any(abs(self%f_start - self%f_end) > 0.0_wp)) then
+                call restart(self, system, external, state, error)
+            end if
+        else
+            self%f_start = self%f_end
+        end if
+    end subroutine commit
+
+    !> Keep the committed state, so that steps committed from here on can be taken back.
+    subroutine remember(self, state)
+        class(stepper_t), intent(inout) :: self
+        type(state_t), intent(in) :: state
+
+        self%mark%state = state
+        self%mark%f_start = self%f_start
+        if (allocated(self%reaction)) self%mark%reaction = self%reaction
+        self%mark%external = self%external
+        self%mark%dissipated = self%dissipated
+    end subroutine remember
+
+    !> Return to the state that was remembered.
+    subroutine go_back(self, state)
+        class(stepper_t), intent(inout) :: self
+        type(state_t), intent(inout) :: state
+
+        state = self%mark%state
+        self%f_start = self%mark%f_start
+        if (allocated(self%mark%reaction)) self%reaction = self%mark%reaction
+        self%external = self%mark%external
+        self%dissipated = self%mark%dissipated
+    end subroutine go_back
+
+    !> state%a from M a = f - f_int(u) - C v - (inertia force at a = 0); held fields keep their acceleration (that of the
+    !> drive, or none), fields without inertia have none.
+    subroutine equilibrium_acceleration(self, system, external, force, state, admissible)
+        class(stepper_t), intent(in) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        real(wp), intent(in) :: force(:)
+        type(state_t), intent(inout) :: state
+        logical, intent(out) :: admissible
+        type(band_t) :: mass
+        real(wp), allocatable :: r(:), drag(:), a(:, :), held(:)
+        logical, allocatable :: without(:)
+        integer :: i, singular
+
+        allocate (r(system%n), drag(system%n), a(system%n, 1), held(system%n))
+        call system%internal_force(state%u, r, admissible)
+        if (.not. admissible) return
+        if (allocated(system%damping%a)) then
+            call system%damping%multiply(state%v, drag)
+            r = r + drag
+        end if
+        held = 0.0_wp
+        held(external%motion%unknown) = state%a(external%motion%unknown)
+        without = system%fixed .or. system%massless
+        if (self%scheme%is_explicit) then
+            state%a = merge(held, (force - r)/merge(1.0_wp, self%lumped, without), without)
+            return
+        end if
+        call mass%set_up(system%n, system%kd, symmetric=.true.)
+        call system%add_inertia(state%u, state%v, held, [0.0_wp, 0.0_wp, 1.0_wp], r, mass)
+        call mass%constrain(pack([(i, i=1, system%n)], without))
+        a(:, 1) = merge(0.0_wp, force - r, without)
+        call mass%factorise(singular)
+        call mass%solve(a)
+        state%a = merge(held, a(:, 1), without)
+    end subroutine equilibrium_acceleration
+
+    !> What the drives push with: f_int + inertia + C v - f at the driven unknowns.
+    subroutine find_reaction(self, system, external, force, state)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        real(wp), intent(in) :: force(:)
+        type(state_t), intent(in) :: state
+        type(band_t) :: mass
+        real(wp), allocatable :: r(:), drag(:)
+        logical :: admissible
+
+        allocate (r(system%n), drag(system%n))
+        call system%internal_force(state%u, r, admissible)
+        if (self%scheme%is_explicit) then
+            r = r + self%lumped*state%a
+        else
+            call mass%set_up(system%n, system%kd, symmetric=.true.)
+            call system%add_inertia(state%u, state%v, state%a, [0.0_wp, 0.0_wp, 1.0_wp], r, mass)
+        end if
+        if (allocated(system%damping%a)) then
+            call system%damping%multiply(state%v, drag)
+            r = r + drag
+        end if
+        self%reaction = r(external%motion%unknown) - force(external%motion%unknown)
+    end subroutine find_reaction
+
+    !> Kinetic energy of a state, with the mass that the scheme works with [F L].
+    pure real(wp) function kinetic(self, system, state)
+        class(stepper_t), intent(in) :: self
+        type(system_t), intent(in) :: system
+        type(state_t), intent(in) :: state
+
+        if (self%scheme%is_explicit) then
+            kinetic = 0.5_wp*sum(self%lumped*state%v**2)
+        else
+            kinetic = system%kinetic_energy(state%u, state%v)
+        end if
+    end function kinetic
+
+    !> Newton iterations since the last call.
+    integer function take_iterations(self)
+        class(stepper_t), intent(inout) :: self
+
+        take_iterations = self%iterations
+        self%iterations = 0
+    end function take_iterations
+
+end module gb_stepper
