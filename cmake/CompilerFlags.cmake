@@ -1,14 +1,16 @@
 # Flags of our own sources, as a target to link with. No -ffast-math of any kind: NaN tests keep a run honest.
+# gfortran 12 warns wrongly of bounds that a condition guards and of allocatable components on their first
+# assignment, and rightly of arguments that a deferred interface asks for and an implementation does not need.
 add_library(gentbeam_flags INTERFACE)
+set(gnu_fortran "$<COMPILE_LANG_AND_ID:Fortran,GNU>")
 target_compile_options(gentbeam_flags INTERFACE
-    $<$<COMPILE_LANG_AND_ID:Fortran,GNU>:-std=f2008 -Wall -Wextra -Wimplicit-interface -Wimplicit-procedure
-        # gfortran 12 warns wrongly of bounds guarded by a condition and of allocatable components on their first
-        # assignment, and of arguments that a deferred interface asks for.
-        -Wno-do-subscript -Wno-maybe-uninitialized -Wno-uninitialized -Wno-unused-dummy-argument>)
+    $<${gnu_fortran}:-std=f2008 -Wall -Wextra -Wimplicit-interface -Wimplicit-procedure>
+    $<${gnu_fortran}:-Wno-do-subscript -Wno-maybe-uninitialized -Wno-uninitialized>
+    $<${gnu_fortran}:-Wno-unused-dummy-argument>)
 if(GENTBEAM_WERROR)
-    target_compile_options(gentbeam_flags INTERFACE $<$<COMPILE_LANG_AND_ID:Fortran,GNU>:-Werror>)
+    target_compile_options(gentbeam_flags INTERFACE $<${gnu_fortran}:-Werror>)
 endif()
 if(NOT GENTBEAM_MARCH STREQUAL "portable")
-    target_compile_options(gentbeam_flags INTERFACE $<$<COMPILE_LANG_AND_ID:Fortran,GNU>:-march=${GENTBEAM_MARCH}>)
+    target_compile_options(gentbeam_flags INTERFACE $<${gnu_fortran}:-march=${GENTBEAM_MARCH}>)
 endif()
 set(CMAKE_Fortran_FLAGS_RELEASE "-O2 -g1" CACHE STRING "" FORCE)

@@ -10,6 +10,7 @@ install(EXPORT gentbeamTargets NAMESPACE gentbeam:: DESTINATION ${CMAKE_INSTALL_
 configure_package_config_file(cmake/gentbeamConfig.cmake.in gentbeamConfig.cmake
     INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/gentbeam)
 write_basic_package_version_file(gentbeamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/gentbeamConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/gentbeamConfigVersion.cmake
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/gentbeamConfig.cmake
+    ${CMAKE_CURRENT_BINARY_DIR}/gentbeamConfigVersion.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/gentbeam)
 install(DIRECTORY input/ DESTINATION ${CMAKE_INSTALL_DATADIR}/gentbeam/input FILES_MATCHING PATTERN "*.inp")

@@ -8,7 +8,8 @@ module gb_kinds
     integer, parameter, public :: i8 = int64    !! counters that may pass two thousand million
     real(wp), parameter, public :: pi = 3.14159265358979323846_wp
 
-    !> C's log(1+x), which the standard library of Fortran 2008 lacks: exact for small x, where log(1+x) cancels.
+    !> C's log(1+x), which the standard library of Fortran 2008 lacks: exact for small x, where log(1+x)
+    !> cancels.
     interface
         pure function log1p(x) bind(c, name="log1p") result(y)
             use, intrinsic :: iso_c_binding, only: c_double

@@ -79,8 +79,8 @@ contains
         filled = nint(done*real(bar_width, wp))
         write (error_unit, '(a)', advance='no', iostat=info) achar(13) // '  [' // repeat('#', filled) // &
             repeat('.', bar_width - filled) // '] ' // to_text(nint(100.0_wp*done)) // ' %, ' // &
-            to_text(ceiling((1.0_wp - done)/max(done, 1.0e-9_wp)*real(count - self%bar_start, wp)/real(rate, wp))) // &
-            ' s left   '
+            to_text(ceiling((1.0_wp - done)/max(done, 1.0e-9_wp)*real(count - self%bar_start, &
+            wp)/real(rate, wp))) // ' s left   '
         flush (error_unit, iostat=info)
         self%has_bar = .true.
     end subroutine show_bar
@@ -91,7 +91,8 @@ contains
         integer :: info
 
         if (.not. self%has_bar) return
-        write (error_unit, '(a)', advance='no', iostat=info) achar(13) // repeat(' ', bar_width + 30) // achar(13)
+        write (error_unit, '(a)', advance='no', iostat=info) achar(13) // repeat(' ', bar_width + 30) &
+            // achar(13)
         flush (error_unit, iostat=info)
         self%has_bar = .false.
     end subroutine clear_bar

@@ -1,5 +1,5 @@
-!> Threads of the linear algebra library. OpenBLAS starts one for every core, and on the small bands of a beam they
-!> cost more than they give: the program runs its members in parallel, not its bands.
+!> Threads of the linear algebra library. OpenBLAS starts one for every core, and on the small bands of a beam
+!> they cost more than they give: the program runs its members in parallel, not its bands.
 module gb_threads
     use, intrinsic :: iso_c_binding, only: c_int
     implicit none

@@ -192,15 +192,15 @@ contains
                         place%x > last + same_place*mesh%length()) then
                         call diagnostics%add(place%at, 'x = ' // to_text(place%x, 12) // &
                                              ' is not on the beam, which goes from ' // &
-                                             to_text(first, 12) // &
-                                             ' to ' // to_text(last, 12), hint=nearest_pair(draft, place))
+                                             to_text(first, 12) // ' to ' // to_text(last, 12), &
+                                             hint=nearest_pair(draft, place))
                     else if (place%at_node) then
                         if (mesh%node_at(place%x) > 0) cycle
                         low = node_below(mesh%x, place%x)
                         call diagnostics%add(place%at, 'x = ' // to_text(place%x, 12) // &
                                              ' is not a node: the nearest nodes are at ' // &
-                                             to_text(mesh%x(low), 12) // &
-                                             ' and ' // to_text(mesh%x(low + 1), 12))
+                                             to_text(mesh%x(low), 12) // ' and ' // &
+                                             to_text(mesh%x(low + 1), 12))
                     else
                         cycle
                     end if
@@ -265,7 +265,8 @@ contains
                     if (.not. model%prescribed(i)%driven(field)) cycle
                     if (taken(field, node)%first > 0) then
                         call diagnostics%add(draft%prescribed_places(field, i), field_names(field) // &
-                                             ' is already ' // trim(merge('driven', 'fixed ', driven(field, node))) // &
+                                             ' is already ' // &
+                                             trim(merge('driven', 'fixed ', driven(field, node))) // &
                                              ' at this node', other=taken(field, node), note='here')
                     end if
                     taken(field, node) = draft%prescribed_places(field, i)

@@ -390,9 +390,8 @@ contains
         if (word == '&') then
             hint = "'&' continues a line only at its end"
         else if (len(word) <= max_keyword) then
-            if (table%find_key(command%form, word) > 0) hint = 'a key takes a value: ' // &
-                lower_case(word) // &
-                '=...'
+            if (table%find_key(command%form, word) > 0) &
+                hint = 'a key takes a value: ' // lower_case(word) // '=...'
         end if
         if (len(hint) == 0) hint = blank_hint(text, statement, i)
         call diagnostics%add(statement%tokens(i)%at, 'unexpected ' // quoted(word) // ' in ' // &

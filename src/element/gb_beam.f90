@@ -1,6 +1,6 @@
-!> The beam element: energy, residual and tangent of one element by Gauss points along its length, eq. (39-41, 49, 50)
-!> corrected. Fields are interpolated by Lagrange polynomials; a section rule turns generalised strains into
-!> generalised stresses and their tangent.
+!> The beam element: energy, residual and tangent of one element by Gauss points along its length, eq. (39-41,
+!> 49, 50) corrected. Fields are interpolated by Lagrange polynomials; a section rule turns generalised
+!> strains into generalised stresses and their tangent.
 module gb_beam
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
@@ -26,11 +26,13 @@ module gb_beam
         real(wp) :: p(n_constants) = 0.0_wp             !! mu, c [F/L^2], beta, 1/jm
     end type section_data_t
 
-    public :: element_strains, element_energy, element_force, element_tangent, element_average_tangent, element_mass
+    public :: element_strains, element_energy, element_force, element_tangent, element_average_tangent, &
+        element_mass
 
 contains
 
-    !> Generalised strains (u1', u3', y1', y3', xi', y1, y3, xi) at a point with shape functions n and slopes d.
+    !> Generalised strains (u1', u3', y1', y3', xi', y1, y3, xi) at a point with shape functions n and slopes
+    !> d.
     pure function element_strains(nodes, n, d, u) result(g)
         integer, intent(in) :: nodes
         real(wp), intent(in) :: n(nodes)                !! N_I [-]
@@ -123,7 +125,8 @@ contains
         end do
     end subroutine element_tangent
 
-    !> Internal force averaged between the states u0 and u (gb_section_average), and its tangent in u (unsymmetric).
+    !> Internal force averaged between the states u0 and u (gb_section_average), and its tangent in u
+    !> (unsymmetric).
     pure subroutine element_average_tangent(nodes, points, n, d, w, section, u0, u, f, k, admissible)
         integer, intent(in) :: nodes, points
         real(wp), intent(in) :: n(max_nodes, max_points), d(max_nodes, max_points), w(max_points)
@@ -180,11 +183,12 @@ contains
         end do
     end subroutine add_stiffness
 
-    !> Consistent mass of an element, eq. (28-32) corrected: density(f) times the integral of N_I N_J, field by field.
+    !> Consistent mass of an element, eq. (28-32) corrected: density(f) times the integral of N_I N_J, field
+    !> by field.
     pure subroutine element_mass(nodes, points, n, w, density, m)
         integer, intent(in) :: nodes, points
         real(wp), intent(in) :: n(max_nodes, max_points), w(max_points)
-        real(wp), intent(in) :: density(n_fields)           !! mass a unit length of each field, rho (A, A, I, I, I4)
+        real(wp), intent(in) :: density(n_fields)  !! mass a unit length of each field, rho (A, A, I, I, I4)
         real(wp), intent(out) :: m(n_fields, nodes, n_fields, nodes)
         integer :: i, j, q, field
 

@@ -21,7 +21,8 @@ contains
         is_admissible = j > 0.0_wp .and. i1_minus_2*inverse_jm < 1.0_wp
     end function is_admissible
 
-    !> W(I1, J) [F/L^2], eq. (15) corrected. Written with log1p so that neither jm = 1e20 nor a small strain cancels.
+    !> W(I1, J) [F/L^2], eq. (15) corrected. Written with log1p so that neither jm = 1e20 nor a small strain
+    !> cancels.
     pure real(wp) function gent_energy(p, i1_minus_2, j) result(w)
         real(wp), intent(in) :: p(n_constants)      !! mu, c [F/L^2], beta, 1/jm
         real(wp), intent(in) :: i1_minus_2, j       !! I1-2, J [-]
@@ -37,8 +38,8 @@ contains
         w = w - p(1)*log_j + p(2)/p(3)**2*(p(3)*log_j + (power_of_j(j, p(3)) - 1.0_wp))
     end function gent_energy
 
-    !> dphi/dI1 = a/2 with a = mu/(1 - (I1-2)/jm), and dpsi/dJ = b/J with b = -mu + (c/beta)(1 - J^-beta), eq. (16)
-    !> corrected [F/L^2].
+    !> dphi/dI1 = a/2 with a = mu/(1 - (I1-2)/jm), and dpsi/dJ = b/J with b = -mu + (c/beta)(1 - J^-beta), eq.
+    !> (16) corrected [F/L^2].
     pure subroutine gent_slopes(p, i1_minus_2, j, phi_1, psi_1)
         real(wp), intent(in) :: p(n_constants), i1_minus_2, j
         real(wp), intent(out) :: phi_1, psi_1
@@ -47,7 +48,8 @@ contains
         psi_1 = (-p(1) + p(2)/p(3)*(1.0_wp - power_of_j(j, p(3))))/j
     end subroutine gent_slopes
 
-    !> Slopes as gent_slopes, and the curvatures phi'' = a/(2 (jm - I1 + 2)), psi'' = (c J^-beta - b)/J^2 [F/L^2].
+    !> Slopes as gent_slopes, and the curvatures phi'' = a/(2 (jm - I1 + 2)), psi'' = (c J^-beta - b)/J^2
+    !> [F/L^2].
     pure subroutine gent_curvatures(p, i1_minus_2, j, phi_1, psi_1, phi_2, psi_2)
         real(wp), intent(in) :: p(n_constants), i1_minus_2, j
         real(wp), intent(out) :: phi_1, psi_1, phi_2, psi_2

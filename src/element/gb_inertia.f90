@@ -1,6 +1,7 @@
 !> Inertia `full`: the kinetic energy of the whole kinematics, x_dot = u_dot + zeta y_dot + X3^2 xi_dot w with
-!> zeta = X3 + xi X3^2 and w = (y1, 1+y3), eq. (28-32) corrected. Mass depends on the configuration. The inertia force is
-!> the integral of rho dx . x_ddot; with m = rho (A, I, I4) and B = xi y_ddot + xi_ddot w + 2 xi_dot y_dot:
+!> zeta = X3 + xi X3^2 and w = (y1, 1+y3), eq. (28-32) corrected. Mass depends on the configuration. The
+!> inertia force is the integral of rho dx . x_ddot; with m = rho (A, I, I4) and B = xi y_ddot + xi_ddot w + 2
+!> xi_dot y_dot:
 !>     on u:  m0 u_ddot + m2 B
 !>     on y:  xi m2 u_ddot + m2 y_ddot + xi m4 B
 !>     on xi: w . (m2 u_ddot + m4 B)
@@ -31,7 +32,8 @@ contains
         f = 0.0_wp
         k = 0.0_wp
         do q = 1, points
-            call point_inertia(m, matmul(u, n(:nodes, q)), matmul(v, n(:nodes, q)), matmul(a, n(:nodes, q)), factors, fp, kp)
+            call point_inertia(m, matmul(u, n(:nodes, q)), matmul(v, n(:nodes, q)), matmul(a, n(:nodes, &
+                q)), factors, fp, kp)
             do i = 1, nodes
                 shape_i = weights(q)*n(i, q)
                 f(:, i) = f(:, i) + shape_i*fp

@@ -8,8 +8,8 @@ module gb_quadrature
 
 contains
 
-    !> The rule of n = size(points) points, increasing; exact for polynomials of degree 2n-1. Roots of the Legendre
-    !> polynomial by Newton's method from Tricomi's estimate.
+    !> The rule of n = size(points) points, increasing; exact for polynomials of degree 2n-1. Roots of the
+    !> Legendre polynomial by Newton's method from Tricomi's estimate.
     pure subroutine gauss_legendre(points, weights)
         real(wp), intent(out) :: points(:)      !! [-] (n)
         real(wp), intent(out) :: weights(:)     !! [-] (n)

@@ -1,12 +1,14 @@
-!> Section rule `gauss n` for the energy and momentum conserving scheme. The stored energy depends on the generalised
-!> strains g only through eight invariants of rotation,
+!> Section rule `gauss n` for the energy and momentum conserving scheme. The stored energy depends on the
+!> generalised strains g only through eight invariants of rotation,
 !>     p = (x'.x', x'.w, w.w, x'.w', w.w', w'.w', xi, xi'),   x' = (1+u1', u3'),  w = (y1, 1+y3),
-!> in which p(g1) - p(g0) = Dp((g0+g1)/2) (g1 - g0) exactly. The average of dPhi/dp over the straight path from p0 to p1,
+!> in which p(g1) - p(g0) = Dp((g0+g1)/2) (g1 - g0) exactly. The average of dPhi/dp over the straight path
+!> from p0 to p1,
 !>     s = Dp(g_mid)' integral_0^1 dPhi/dp (p0 + r (p1-p0)) dr,
 !> therefore does the work s.(g1-g0) = Phi(g1) - Phi(g0), and turns with the beam.
 !>
 !> Metric at height z, with zeta = z + xi z^2, k = z^2 xi', q = 1 + 2 xi z:
-!>     C11 = p1 + zeta^2 p6 + k^2 p3 + 2 zeta p4 + 2 k p2 + 2 zeta k p5,  C13 = q (p2 + zeta p5 + k p3),  C33 = q^2 p3.
+!> C11 = p1 + zeta^2 p6 + k^2 p3 + 2 zeta p4 + 2 k p2 + 2 zeta k p5,  C13 = q (p2 + zeta p5 + k p3),  C33 =
+!> q^2 p3.
 module gb_section_average
     use gb_kinds, only: wp
     use gb_gent, only: n_constants, is_admissible, gent_curvatures
@@ -33,7 +35,8 @@ contains
         real(wp), intent(out) :: s(n_strains), t(n_strains, n_strains)
         logical, intent(out) :: admissible
         real(wp) :: p0(n_strains), p1(n_strains), slope(n_strains), curvature(n_strains, n_strains)
-        real(wp) :: part(n_strains), part2(n_strains, n_strains), d_mid(n_strains, n_strains), d_end(n_strains, n_strains)
+        real(wp) :: part(n_strains), part2(n_strains, n_strains), d_mid(n_strains, n_strains), &
+            d_end(n_strains, n_strains)
         real(wp) :: i1_minus_2, j
         integer :: i
 
@@ -130,7 +133,8 @@ contains
         do i = 1, nz
             call metric_gradient(z(i), p, metric, dm)
             determinant = metric(1)*metric(2) - metric(3)**2
-            admissible = is_admissible(metric(1) + metric(2) - 2.0_wp, determinant, c(4)) .and. metric(2) > 0.0_wp
+            admissible = is_admissible(metric(1) + metric(2) - 2.0_wp, determinant, c(4)) &
+                .and. metric(2) > 0.0_wp
             if (.not. admissible) return
             call energy_in_metric(c, metric, sqrt(determinant), w1, w2)
             w1 = wz(i)*w1
@@ -168,7 +172,8 @@ contains
         dm(8, 3) = q*z2*p(3)
     end subroutine metric_gradient
 
-    !> dW/dC and d2W/dC2 in (C11, C33, C13), C13 standing for both off-diagonal terms; I1 = C11 + C33, J^2 = det C.
+    !> dW/dC and d2W/dC2 in (C11, C33, C13), C13 standing for both off-diagonal terms; I1 = C11 + C33, J^2 =
+    !> det C.
     pure subroutine energy_in_metric(c, metric, j, w1, w2)
         real(wp), intent(in) :: c(n_constants), metric(3), j
         real(wp), intent(out) :: w1(3), w2(3, 3)

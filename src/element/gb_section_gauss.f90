@@ -1,6 +1,6 @@
-!> Section rule `gauss n`: the energy of a unit length of beam, Phi(g) = integral over the section of W(F(g, X3)),
-!> by Gauss points through the thickness, with the full deformation gradient of eq. (5). Stress resultants and
-!> tangent are exact derivatives of this one potential.
+!> Section rule `gauss n`: the energy of a unit length of beam, Phi(g) = integral over the section of W(F(g,
+!> X3)), by Gauss points through the thickness, with the full deformation gradient of eq. (5). Stress
+!> resultants and tangent are exact derivatives of this one potential.
 !>
 !> Generalised strains, slopes first:  g = (u1', u3', y1', y3', xi', y1, y3, xi),  ' = d/dX1.
 !> With a = (1+u1', u3'), d = (y1, 1+y3), e = (y1', y3'), zeta = z + xi z^2, k = z^2 xi', q = 1 + 2 xi z:

@@ -1,11 +1,12 @@
-!> Section rule `linear`: the paper's resultants A S0 and I S1 of a second Piola-Kirchhoff stress that is linear
-!> through the thickness, eq. (20, 21, 24, 25, 37, 38, 41) corrected. Virtual work a unit length:
+!> Section rule `linear`: the paper's resultants A S0 and I S1 of a second Piola-Kirchhoff stress that is
+!> linear through the thickness, eq. (20, 21, 24, 25, 37, 38, 41) corrected. Virtual work a unit length:
 !>     A S0 : dE0 + I S1 : dE1,   E0 = (C0 - I)/2,  E1 = C1/2,   S1 = CC(C0) : E1.
-!> This is not the derivative of an energy (S0's own expansion has second-order terms that are left out), so the
-!> tangent is unsymmetric where E1 is not zero, and a motion does not conserve energy exactly.
+!> This is not the derivative of an energy (S0's own expansion has second-order terms that are left out), so
+!> the tangent is unsymmetric where E1 is not zero, and a motion does not conserve energy exactly.
 !>
-!> Generalised strains as in gb_section_gauss; xi' does not appear. Tensors are in the order 11, 33, 13, strains with
-!> the engineering shear 2 E13. With a = (1+u1', u3'), d = (y1, 1+y3), e = (y1', y3'): F0 = [a d], F1 = [e 2 xi d].
+!> Generalised strains as in gb_section_gauss; xi' does not appear. Tensors are in the order 11, 33, 13,
+!> strains with the engineering shear 2 E13. With a = (1+u1', u3'), d = (y1, 1+y3), e = (y1', y3'): F0 = [a
+!> d], F1 = [e 2 xi d].
 module gb_section_linear
     use gb_kinds, only: wp
     use gb_gent, only: n_constants, is_admissible, gent_energy, power_of_j
@@ -17,8 +18,8 @@ module gb_section_linear
 
 contains
 
-    !> The energy that the rule's stresses belong to near a state without bending, A W(C0) + I/2 S1 : E1 [F]; the energy
-    !> ledger uses it. Bending at finite strain makes it differ from the work done.
+    !> The energy that the rule's stresses belong to near a state without bending, A W(C0) + I/2 S1 : E1 [F];
+    !> the energy ledger uses it. Bending at finite strain makes it differ from the work done.
     pure subroutine linear_energy(area, inertia, p, g, energy, admissible)
         real(wp), intent(in) :: area                !! A [L^2]
         real(wp), intent(in) :: inertia             !! I [L^4]
@@ -60,7 +61,8 @@ contains
         real(wp), intent(in) :: area, inertia, p(n_constants), g(n_strains)
         real(wp), intent(out) :: s(n_strains), t(n_strains, n_strains)
         logical, intent(out) :: admissible
-        real(wp) :: i1_minus_2, j, e1(3), s0(3), s1(3), d0(3, n_strains), d1(3, n_strains), cc0(3, 3), cc1(3, 3)
+        real(wp) :: i1_minus_2, j, e1(3), s0(3), s1(3), d0(3, n_strains), d1(3, n_strains), cc0(3, 3), &
+            cc1(3, 3)
 
         s = 0.0_wp
         t = 0.0_wp
@@ -138,7 +140,8 @@ contains
         s0 = a*identity + b*inverse
         ! J1/J0 = tr(F0^-1 F1) = C0^-1 : E1, since the antisymmetric part of F0'F1 drops out.
         trace_c1 = 2.0_wp*(e1(1) + e1(2))
-        s1 = (da*trace_c1)*identity + 2.0_wp*b*sandwich(inverse, e1) + (p(2)*power*dot_product(inverse, e1))*inverse
+        s1 = (da*trace_c1)*identity + 2.0_wp*b*sandwich(inverse, e1) + (p(2)*power*dot_product(inverse, &
+            e1))*inverse
     end subroutine stresses
 
     !> CC0 = dS/dE at C0 and CC1 = dS1/dE0 at fixed E1, in (11, 33, 13), eq. (22, 24, 25) corrected.

@@ -1,4 +1,5 @@
-!> Lagrange shape functions on equidistant nodes, eq. (27), and their tables at the Gauss points of an element.
+!> Lagrange shape functions on equidistant nodes, eq. (27), and their tables at the Gauss points of an
+!> element.
 module gb_shape
     use gb_kinds, only: wp
     use gb_quadrature, only: gauss_legendre

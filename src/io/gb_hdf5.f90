@@ -1,13 +1,15 @@
-!> A thin layer over HDF5: groups, attributes, whole arrays, and series that grow row by row. Every call checks HDF5's
-!> answer; the first one that fails is reported as an error_t with exit status 3.
+!> A thin layer over HDF5: groups, attributes, whole arrays, and series that grow row by row. Every call
+!> checks HDF5's answer; the first one that fails is reported as an error_t with exit status 3.
 module gb_hdf5
     use, intrinsic :: iso_c_binding, only: c_char, c_int8_t, c_loc, c_null_char, c_ptr
-    use hdf5, only: hid_t, hsize_t, h5open_f, h5eset_auto_f, h5fcreate_f, h5fflush_f, h5fclose_f, h5gcreate_f, &
-        h5gclose_f, h5screate_f, h5screate_simple_f, h5sclose_f, h5sselect_hyperslab_f, h5tcopy_f, &
-        h5tset_cset_f, h5tclose_f, h5acreate_f, h5aopen_f, h5awrite_f, h5aclose_f, h5dcreate_f, h5dwrite_f, h5dclose_f, &
-        h5dset_extent_f, h5dget_space_f, h5pcreate_f, h5pset_chunk_f, h5pclose_f, h5f_acc_trunc_f, h5f_scope_global_f, &
-        h5s_scalar_f, h5s_select_set_f, h5s_unlimited_f, h5t_string, h5t_cset_utf8_f, h5t_native_double, &
-        h5t_native_integer, h5t_std_i8le, h5p_dataset_create_f, h5t_std_i32le, h5t_ieee_f64le
+    use hdf5, only: hid_t, hsize_t, h5open_f, h5eset_auto_f, h5fcreate_f, h5fflush_f, h5fclose_f, &
+        h5gcreate_f, h5gclose_f, h5screate_f, h5screate_simple_f, h5sclose_f, h5sselect_hyperslab_f, &
+        h5tcopy_f, h5tset_cset_f, h5tclose_f, h5acreate_f, h5aopen_f, h5awrite_f, h5aclose_f, h5dcreate_f, &
+        h5dwrite_f, h5dclose_f, h5dset_extent_f, h5dget_space_f, h5pcreate_f, h5pset_chunk_f, h5pclose_f, &
+        h5f_acc_trunc_f, h5f_scope_global_f, h5s_scalar_f, h5s_select_set_f, h5s_unlimited_f, h5t_string, &
+        h5t_cset_utf8_f, h5t_native_double, h5t_native_integer, h5t_std_i8le, h5p_dataset_create_f, &
+        h5p_group_create_f, h5pset_link_creation_order_f, h5p_crt_order_tracked_f, h5p_crt_order_indexed_f, &
+        h5t_std_i32le, h5t_ieee_f64le
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_file
     implicit none
@@ -44,7 +46,8 @@ module gb_hdf5
 
 contains
 
-    !> Start the library (quietly: its own error stack is not for users) and create the file, replacing an older one.
+    !> Start the library (quietly: its own error stack is not for users) and create the file, replacing an
+    !> older one.
     subroutine create_file(path, file, error)
         character(*), intent(in) :: path
         integer(hid_t), intent(out) :: file
@@ -55,7 +58,8 @@ contains
         call h5open_f(info)
         call h5eset_auto_f(0, info)
         call h5fcreate_f(path, h5f_acc_trunc_f, file, info)
-        if (info < 0) call raise(error, status_file, 'HDF5 cannot create the file (is another program using it?)')
+        if (info < 0) call raise(error, status_file, &
+            'HDF5 cannot create the file (is another program using it?)')
     end subroutine create_file
 
     subroutine flush_file(file, error)
@@ -76,14 +80,20 @@ contains
         call check(info, 'close the file', error)
     end subroutine close_file
 
+    !> A group that remembers in which order its members were made: probes come back as the deck has them.
     subroutine create_group(parent, name, group, error)
         integer(hid_t), intent(in) :: parent
         character(*), intent(in) :: name
         integer(hid_t), intent(out) :: group
         type(error_t), allocatable, intent(out) :: error
-        integer :: info
+        integer(hid_t) :: properties
+        integer :: info, ignored
 
-        call h5gcreate_f(parent, name, group, info)
+        call h5pcreate_f(h5p_group_create_f, properties, info)
+        if (info >= 0) call h5pset_link_creation_order_f(properties, &
+            ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), info)
+        if (info >= 0) call h5gcreate_f(parent, name, group, info, gcpl_id=properties)
+        if (info >= 0) call h5pclose_f(properties, ignored)
         call check(info, 'create ' // name, error)
     end subroutine create_group
 
@@ -247,8 +257,8 @@ contains
         real(wp), intent(in), target, contiguous :: values(:)
         type(error_t), allocatable, intent(out) :: error
 
-        call put_any(parent, name, h5t_ieee_f64le, h5t_native_double, int(shape(values), hsize_t), c_loc(values), unit, &
-                     description, error)
+        call put_any(parent, name, h5t_ieee_f64le, h5t_native_double, int(shape(values), hsize_t), &
+            c_loc(values), unit, description, error)
     end subroutine put_reals
 
     subroutine put_real_blocks(parent, name, values, unit, description, error)
@@ -257,8 +267,8 @@ contains
         real(wp), intent(in), target, contiguous :: values(:, :, :)
         type(error_t), allocatable, intent(out) :: error
 
-        call put_any(parent, name, h5t_ieee_f64le, h5t_native_double, int(shape(values), hsize_t), c_loc(values), unit, &
-                     description, error)
+        call put_any(parent, name, h5t_ieee_f64le, h5t_native_double, int(shape(values), hsize_t), &
+            c_loc(values), unit, description, error)
     end subroutine put_real_blocks
 
     subroutine put_integer_table(parent, name, values, unit, description, error)
@@ -267,8 +277,8 @@ contains
         integer, intent(in), target, contiguous :: values(:, :)
         type(error_t), allocatable, intent(out) :: error
 
-        call put_any(parent, name, h5t_std_i32le, h5t_native_integer, int(shape(values), hsize_t), c_loc(values), unit, &
-                     description, error)
+        call put_any(parent, name, h5t_std_i32le, h5t_native_integer, int(shape(values), hsize_t), &
+            c_loc(values), unit, description, error)
     end subroutine put_integer_table
 
     subroutine put_byte_table(parent, name, values, unit, description, error)
@@ -277,8 +287,8 @@ contains
         integer(c_int8_t), intent(in), target, contiguous :: values(:, :)
         type(error_t), allocatable, intent(out) :: error
 
-        call put_any(parent, name, h5t_std_i8le, h5t_std_i8le, int(shape(values), hsize_t), c_loc(values), unit, &
-                     description, error)
+        call put_any(parent, name, h5t_std_i8le, h5t_std_i8le, int(shape(values), hsize_t), c_loc(values), &
+            unit, description, error)
     end subroutine put_byte_table
 
     subroutine put_any(parent, name, file_type, memory_type, extent, address, unit, description, error)
@@ -336,8 +346,8 @@ contains
         call h5pcreate_f(h5p_dataset_create_f, properties, info)
         if (info >= 0) call h5pset_chunk_f(properties, size(chunk), chunk, info)
         if (info >= 0) call h5screate_simple_f(size(none), none, space, info, limit)
-        if (info >= 0) call h5dcreate_f(parent, name, merge(h5t_std_i32le, h5t_ieee_f64le, whole), space, self%dataset, info, &
-                                        properties)
+        if (info >= 0) call h5dcreate_f(parent, name, merge(h5t_std_i32le, h5t_ieee_f64le, whole), space, &
+            self%dataset, info, properties)
         if (info >= 0) then
             call describe(self%dataset, unit, description, error)
             call h5sclose_f(space, ignored)
@@ -361,7 +371,8 @@ contains
         class(series_t), intent(inout), target :: self
         type(error_t), allocatable, intent(out) :: error
         integer(hid_t) :: file_space, memory_space
-        integer(hsize_t) :: extent(size(self%row_shape) + 1), start(size(self%row_shape) + 1), rows(size(self%row_shape) + 1)
+        integer(hsize_t) :: extent(size(self%row_shape) + 1), start(size(self%row_shape) + 1), &
+            rows(size(self%row_shape) + 1)
         integer :: info, ignored
 
         if (self%pending == 0 .or. self%dataset < 0) return
@@ -374,7 +385,8 @@ contains
         if (info >= 0) call h5sselect_hyperslab_f(file_space, h5s_select_set_f, start, rows, info)
         if (info >= 0) call h5screate_simple_f(size(rows), rows, memory_space, info)
         if (info >= 0) then
-            call h5dwrite_f(self%dataset, h5t_native_double, c_loc(self%buffer), info, memory_space, file_space)
+            call h5dwrite_f(self%dataset, h5t_native_double, c_loc(self%buffer), info, memory_space, &
+                file_space)
             call h5sclose_f(memory_space, ignored)
             call h5sclose_f(file_space, ignored)
         end if

@@ -6,27 +6,30 @@ module gb_results
     use gb_results_header, only: write_header, write_units, write_mesh
     use gb_fields, only: n_fields, field_names, field_length_power
     use gb_model, only: units_t
-    use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, quantity_displacement, &
-        quantity_velocity
+    use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, &
+        quantity_displacement, quantity_velocity
     use gb_state, only: state_t
     use gb_recorder, only: step_record_t
-    use gb_hdf5, only: hid_t, series_t, create_file, flush_file, close_file, create_group, close_group, put_attribute, &
-        put_array, replace_attribute
+    use gb_hdf5, only: hid_t, series_t, create_file, flush_file, close_file, create_group, close_group, &
+        put_attribute, put_array, replace_attribute
     implicit none
     private
 
     integer, parameter :: n_energies = 5, n_solver = 4
-    character(10), parameter :: energy_names(n_energies) = [character(10) :: 'kinetic', 'strain', 'external', 'dissipated', &
-                                                            'balance']
+    character(10), parameter :: energy_names(n_energies) = [character(10) :: 'kinetic', 'strain', &
+        'external', 'dissipated', 'balance']
     character(64), parameter :: energy_descriptions(n_energies) = [character(64) :: &
         'kinetic energy', 'strain energy', 'work of the loads since the command began', &
-        'energy taken by damping since the command began', 'kinetic + strain - external + dissipated, from its start value']
-    character(10), parameter :: solver_names(n_solver) = [character(10) :: 'iterations', 'cuts', 'step', 'residual']
+        'energy taken by damping since the command began', &
+        'kinetic + strain - external + dissipated, from its start value']
+    character(10), parameter :: solver_names(n_solver) = [character(10) :: 'iterations', 'cuts', 'step', &
+        'residual']
     character(64), parameter :: solver_descriptions(n_solver) = [character(64) :: &
-        'Newton iterations, those of rejected attempts included', 'times the step was halved', 'size of the step', &
-        'last residual over the forces that balance in it']
+        'Newton iterations, those of rejected attempts included', 'times the step was halved', &
+        'size of the step', 'last residual over the forces that balance in it']
     character(1), parameter :: set_names(3) = ['u', 'v', 'a']
-    character(40), parameter :: set_descriptions(3) = [character(40) :: 'fields u1 u3 y1 y3 xi at every node', &
+    character(40), &
+        parameter :: set_descriptions(3) = [character(40) :: 'fields u1 u3 y1 y3 xi at every node', &
         'their velocities', 'their accelerations']
     !> Wall seconds between two moments at which everything gathered so far is handed to the file.
     real(wp), parameter :: flush_seconds = 2.0_wp
@@ -59,7 +62,8 @@ module gb_results
 
 contains
 
-    !> Create NAME.h5 and write all that does not change. A file that cannot be written is reported with the system's reason.
+    !> Create NAME.h5 and write all that does not change. A file that cannot be written is reported with the
+    !> system's reason.
     subroutine open_results(self, problem, error)
         class(results_t), intent(inout) :: self
         type(problem_t), intent(in) :: problem
@@ -94,9 +98,11 @@ contains
         character(256) :: reason
         integer :: unit, info
 
-        open (newunit=unit, file=path, access='stream', action='readwrite', status='unknown', iostat=info, iomsg=reason)
+        open (newunit=unit, file=path, access='stream', action='readwrite', status='unknown', iostat=info, &
+            iomsg=reason)
         if (info /= 0) then
-            call raise(error, status_file, 'cannot write the results file ' // path // ': ' // trim(system_reason(reason)))
+            call raise(error, status_file, 'cannot write the results file ' // path // ': ' &
+                // trim(system_reason(reason)))
             return
         end if
         close (unit)
@@ -113,8 +119,8 @@ contains
         if (mark > 0) reason = trim(message(mark + 3:))
     end function system_reason
 
-    !> Turn HDF5's failure into a sentence with the file's name and, where the disk tells one, the reason: a write beside
-    !> the file meets the same trouble and names it.
+    !> Turn HDF5's failure into a sentence with the file's name and, where the disk tells one, the reason: a
+    !> write beside the file meets the same trouble and names it.
     subroutine fail(self, error)
         class(results_t), intent(inout) :: self
         type(error_t), allocatable, intent(inout) :: error
@@ -125,8 +131,8 @@ contains
 
         text = error%message
         block = ''
-        open (newunit=unit, file=self%path // '.probe', access='stream', action='write', status='replace', iostat=info, &
-              iomsg=reason)
+        open (newunit=unit, file=self%path // '.probe', access='stream', action='write', status='replace', &
+            iostat=info, iomsg=reason)
         if (info == 0) then
             do k = 1, 16
                 write (unit, iostat=info, iomsg=reason) block
@@ -151,7 +157,8 @@ contains
         self%grid_steps = 0
         call create_group(self%file, task%name, self%group, error)
         if (.not. allocated(error)) call write_task_attributes(self%group, task, self%commands, error)
-        if (.not. allocated(error) .and. task%kind /= task_modal) call create_all_series(self, task, probes, error)
+        if (.not. allocated(error) .and. task%kind /= task_modal) call create_all_series(self, task, &
+            probes, error)
         if (allocated(error)) call self%fail(error)
     end subroutine begin_task
 
@@ -178,7 +185,8 @@ contains
             if (.not. allocated(error)) call put_attribute(group, 'end', task%end_time, error)
             if (.not. allocated(error)) call write_scheme_numbers(group, task, error)
         end select
-        if (.not. allocated(error) .and. task%kind /= task_modal) call put_attribute(group, 'tolerance', task%tolerance, error)
+        if (.not. allocated(error) .and. task%kind /= task_modal) call put_attribute(group, 'tolerance', &
+            task%tolerance, error)
     end subroutine write_task_attributes
 
     subroutine write_scheme_numbers(group, task, error)
@@ -209,21 +217,24 @@ contains
         time_unit = merge_text(task%kind == task_static, '', self%units%time)
         abscissa = merge_text(task%kind == task_static, 'load factor', 'time since the command began')
         energy_unit = product_unit(self%units%force, self%units%length)
-        call self%time%create(self%group, 'time', [integer ::], .false., time_unit, abscissa // ' of every row', error)
+        call self%time%create(self%group, 'time', [integer ::], .false., time_unit, abscissa &
+            // ' of every row', error)
         if (allocated(error)) return
         do i = 1, 3
             if (.not. self%has_fields(i)) cycle
-            call self%fields(i)%create(self%group, set_names(i), [n_fields, self%nodes], .false., field_units(self%units, i), &
-                                       trim(set_descriptions(i)), error)
+            call self%fields(i)%create(self%group, set_names(i), [n_fields, self%nodes], .false., &
+                field_units(self%units, i), trim(set_descriptions(i)), error)
             if (allocated(error)) return
         end do
         call create_group(self%group, 'probes', group, error)
         if (allocated(error)) return
-        call self%all_time%create(group, 'time', [integer ::], .false., time_unit, abscissa // ' of every step', error)
+        call self%all_time%create(group, 'time', [integer ::], .false., time_unit, abscissa &
+            // ' of every step', error)
         if (allocated(error)) return
         do i = 1, size(probes)
-            call self%probes(i)%create(group, probes(i)%name, [integer ::], .false., derived_unit(self%units, &
-                field_length_power(probes(i)%field), probes(i)%quantity), probe_description(probes(i)), error)
+            call self%probes(i)%create(group, probes(i)%name, [integer ::], .false., &
+                derived_unit(self%units, field_length_power(probes(i)%field), probes(i)%quantity), &
+                probe_description(probes(i)), error)
             if (allocated(error)) return
         end do
         call close_group(group)
@@ -357,7 +368,8 @@ contains
         if (self%has_fields(3) .and. .not. allocated(error)) call self%fields(3)%append(state%a, error)
     end subroutine write_row
 
-    !> Now and then everything gathered goes to the file, so that a long run can be looked at while it goes on.
+    !> Now and then everything gathered goes to the file, so that a long run can be looked at while it goes
+    !> on.
     subroutine flush_in_time(self, error)
         class(results_t), intent(inout) :: self
         type(error_t), allocatable, intent(out) :: error
@@ -420,7 +432,7 @@ contains
         if (len(self%units%time) > 0) unit = '1/' // self%units%time
         shaped = reshape(modes, [n_fields, self%nodes, size(frequency)])
         call put_array(self%group, 'frequency', frequency, unit, &
-                       'natural frequencies, cycles a unit of time; -sqrt(-omega^2)/2pi for a mode that grows', error)
+                       'natural frequencies, cycles a unit of time; negative for a mode that grows', error)
         if (.not. allocated(error)) call put_array(self%group, 'modes', shaped, field_units(self%units, 1), &
             'fields u1 u3 y1 y3 xi of every mode, largest displacement 1', error)
         if (allocated(error)) call self%fail(error)

@@ -46,8 +46,8 @@ contains
         character(5) :: zone
 
         call date_and_time(date, time, zone)
-        text = date(1:4) // '-' // date(5:6) // '-' // date(7:8) // 'T' // time(1:2) // ':' // time(3:4) // ':' // time(5:6) &
-               // zone(1:3) // ':' // zone(4:5)
+        text = date(1:4) // '-' // date(5:6) // '-' // date(7:8) // 'T' // time(1:2) // ':' // time(3:4) &
+            // ':' // time(5:6) // zone(1:3) // ':' // zone(4:5)
     end function now
 
     subroutine write_units(file, units, error)
@@ -84,8 +84,8 @@ contains
             call put_array(group, 'x', mesh%x, model%units%length, 'reference X1 of every node', error)
             if (.not. allocated(error)) call put_array(group, 'elements', elements, '', &
                 'nodes of every element, counted from 0, -1 where unused', error)
-            if (.not. allocated(error)) call put_array(group, 'fixed', fixed, '', '1 where a field (u1 u3 y1 y3 xi) is fixed', &
-                error)
+            if (.not. allocated(error)) call put_array(group, 'fixed', fixed, '', &
+                '1 where a field (u1 u3 y1 y3 xi) is fixed', error)
             if (.not. allocated(error)) call put_array(group, 'thickness', model%sections(mesh%section)%h, &
                 model%units%length, 'thickness h of every element', error)
             if (.not. allocated(error)) call close_group(group)

@@ -26,8 +26,8 @@ module gb_history
 
 contains
 
-    !> The factor at time t [-]. At a jump, `before` asks for the value just before it (what a step that ends there
-    !> sees); otherwise the value from then on. `defined` is false where a formula has no finite value.
+    !> The factor at time t [-]. At a jump, `before` asks for the value just before it (what a step that ends
+    !> there sees); otherwise the value from then on. `defined` is false where a formula has no finite value.
     pure subroutine evaluate(self, t, before, factor, defined)
         class(history_t), intent(in) :: self
         real(wp), intent(in) :: t           !! [T]

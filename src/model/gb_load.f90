@@ -1,5 +1,5 @@
-!> Supports, dead loads, initial conditions and damping, as the deck gives them: by place, not by node, so that
-!> the same scene can be meshed again.
+!> Supports, dead loads, initial conditions and damping, as the deck gives them: by place, not by node, so
+!> that the same scene can be meshed again.
 module gb_load
     use gb_kinds, only: wp
     use gb_fields, only: n_fields

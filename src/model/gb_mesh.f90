@@ -16,8 +16,8 @@ module gb_mesh
         integer :: material = 1, section = 1        !! index in the model's lists
     end type line_t
 
-    !> Nodes are numbered along the beam, and those of an element follow one another: element e holds the nodes
-    !> first_node(e) ... first_node(e) + nodes(e) - 1, its ends first and last.
+    !> Nodes are numbered along the beam, and those of an element follow one another: element e holds the
+    !> nodes first_node(e) ... first_node(e) + nodes(e) - 1, its ends first and last.
     type, public :: mesh_t
         real(wp), allocatable :: x(:)               !! reference X1 of every node [L] (nn), increasing
         integer, allocatable :: first_node(:)       !! (ne)
@@ -38,8 +38,8 @@ module gb_mesh
 
 contains
 
-    !> Cut the lines into elements. The lines join end to end in increasing X1 (the deck's reader has seen to it);
-    !> the nodes of an element are equidistant; element lengths of a line form a geometric progression.
+    !> Cut the lines into elements. The lines join end to end in increasing X1 (the deck's reader has seen to
+    !> it); the nodes of an element are equidistant; element lengths of a line form a geometric progression.
     pure function build_mesh(lines) result(mesh)
         type(line_t), intent(in) :: lines(:)
         type(mesh_t) :: mesh

@@ -1,10 +1,12 @@
-!> The scene a deck describes: materials, sections, lines, supports, loads. Nothing in it changes while it is solved.
+!> The scene a deck describes: materials, sections, lines, supports, loads. Nothing in it changes while it is
+!> solved.
 module gb_model
     use gb_kinds, only: wp
     use gb_section, only: material_t, section_t
     use gb_mesh, only: line_t, mesh_t
     use gb_history, only: history_t
-    use gb_load, only: support_t, prescribed_t, point_load_t, distributed_load_t, gravity_t, initial_t, damping_t
+    use gb_load, only: support_t, prescribed_t, point_load_t, distributed_load_t, gravity_t, initial_t, &
+        damping_t
     implicit none
     private
 
@@ -53,7 +55,8 @@ contains
         end do
     end function fixed_fields
 
-    !> Whether some element's internal force is not the gradient of an energy (rule `linear`): its tangent is unsymmetric.
+    !> Whether some element's internal force is not the gradient of an energy (rule `linear`): its tangent is
+    !> unsymmetric.
     pure logical function has_no_potential(self)
         use gb_section, only: rule_linear
         class(model_t), intent(in) :: self

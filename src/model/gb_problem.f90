@@ -17,10 +17,10 @@ module gb_problem
         integer :: count = 6                        !! modal: number of modes
         real(wp) :: end_time = 0.0_wp               !! transient: duration [T]
         real(wp) :: step = 0.0_wp                   !! transient: time step [T]; 0 where `accuracy` rules
-        real(wp) :: accuracy = 0.0_wp               !! transient: relative local error of adaptive steps; 0: fixed steps
+        real(wp) :: accuracy = 0.0_wp  !! transient: relative local error of adaptive steps; 0: fixed steps
         real(wp) :: beta = 0.25_wp, gamma = 0.5_wp  !! newmark [-]
         real(wp) :: alpha = -0.05_wp                !! hht [-]
-        real(wp) :: rho = 0.8_wp                    !! generalized, bathe: spectral radius at infinite frequency [-]
+        real(wp) :: rho = 0.8_wp  !! generalized, bathe: spectral radius at infinite frequency [-]
         real(wp) :: tolerance = 1.0e-10_wp          !! of a Newton iteration's increments, relative [-]
         integer :: iterations = 25                  !! Newton iterations a step at most
         integer :: cuts = 10                        !! halvings of a step at most

@@ -1,5 +1,5 @@
-!> What a solution method tells the world: an abstract observer that results files, logs and tests extend, so that
-!> the methods know nothing of files.
+!> What a solution method tells the world: an abstract observer that results files, logs and tests extend, so
+!> that the methods know nothing of files.
 module gb_recorder
     use gb_kinds, only: wp
     use gb_error, only: error_t
@@ -22,7 +22,8 @@ module gb_recorder
         real(wp) :: strain = 0.0_wp
         real(wp) :: external = 0.0_wp           !! work of the loads since the command began
         real(wp) :: dissipated = 0.0_wp         !! by damping since the command began
-        real(wp), allocatable :: increments(:)  !! largest relative increment of each iteration of the last solution [-]
+        real(wp), allocatable :: increments(:)  !! largest relative increment of each iteration of the last
+                                                !! solution [-]
     end type step_record_t
 
     type, abstract, public :: recorder_t
@@ -50,7 +51,8 @@ module gb_recorder
             type(error_t), allocatable, intent(out) :: error
         end subroutine record_step_i
 
-        !> Natural frequencies [cycles/T] (nm), negative for an unstable mode (see docs/results.md), and modes (5 nn, nm).
+        !> Natural frequencies [cycles/T] (nm), negative for an unstable mode (see docs/results.md), and modes
+        !> (5 nn, nm).
         subroutine record_modes_i(self, frequency, modes, error)
             import :: recorder_t, wp, error_t
             class(recorder_t), intent(inout) :: self

@@ -19,8 +19,9 @@ module gb_command_line
         integer :: log_level = log_normal
     end type options_t
 
-    character(10), parameter :: option_names(14) = [character(10) :: '--output', '--set', '--check', '--restart', '--threads', &
-        '--shard', '--merge', '--max-time', '--quiet', '--verbose', '--keywords', '--markdown', '--version', '--help']
+    character(10), parameter :: option_names(14) = [character(10) :: '--output', '--set', '--check', &
+        '--restart', '--threads', '--shard', '--merge', '--max-time', '--quiet', '--verbose', '--keywords', &
+        '--markdown', '--version', '--help']
 
     public :: read_command_line, help_text
 
@@ -105,18 +106,21 @@ contains
         select case (name)
         case ('-o', '--output')
             options%output = without_ending(value)
-            if (len(options%output) == 0) call raise(error, status_input, 'option ' // name // ' needs a file name')
+            if (len(options%output) == 0) call raise(error, status_input, 'option ' // name &
+                // ' needs a file name')
         case ('--set')
             mark = index(value, '=')
             if (mark < 2 .or. mark == len(value)) then
                 call raise(error, status_input, 'option --set needs name=value, not ''' // value // '''')
                 return
             end if
-            options%overrides = [options%overrides, override_t(trim(adjustl(value(:mark - 1))), value(mark + 1:))]
+            options%overrides = [options%overrides, override_t(trim(adjustl(value(:mark - 1))), value(mark &
+                + 1:))]
         case ('--threads')
             read (value, *, iostat=info) options%threads
             if (info /= 0 .or. verify(value, '0123456789') > 0 .or. options%threads < 1) then
-                call raise(error, status_input, 'option --threads needs a whole number of at least 1, not ''' // value // '''')
+                call raise(error, status_input, &
+                    'option --threads needs a whole number of at least 1, not ''' // value // '''')
             end if
         end select
     end subroutine take_value
@@ -145,7 +149,8 @@ contains
             if (len(hint) > 0) hint = newline // '    did you mean ''' // hint // '''?'
             call raise(error, status_input, 'unknown option ''' // word // '''' // hint)
         else if (len(options%deck) > 0) then
-            call raise(error, status_input, 'one deck at a time, not ''' // options%deck // ''' and ''' // word // '''')
+            call raise(error, status_input, 'one deck at a time, not ''' // options%deck // ''' and ''' &
+                // word // '''')
         else if (word /= '-') then
             options%deck = word
         end if
@@ -154,16 +159,16 @@ contains
     pure function help_text() result(text)
         character(:), allocatable :: text
 
-        text = 'usage: gentbeam [options] [deck]            without a deck: standard input' // newline // newline // &
-               '  -o, --output NAME   results go to NAME.h5 (replaces OUTPUT file=)' // newline // &
-               '  --set name=value    replace a PARAMETER''s value (repeatable)' // newline // &
-               '  --check             read and check the deck, print the model''s summary, run nothing' // newline // &
-               '  --threads N         threads for SWEEP members' // newline // &
-               '  -q, --quiet         print less' // newline // &
-               '  -v, --verbose       print every Newton iteration' // newline // &
-               '  --keywords          print the deck reference (--markdown: as Markdown)' // newline // &
-               '  --version, --help' // newline // newline // &
-               'exit status: 0 done, 1 deck or command line wrong, 2 solution failed, 3 file trouble'
+        text = 'usage: gentbeam [options] [deck]            without a deck: standard input' // newline &
+            // newline // '  -o, --output NAME   results go to NAME.h5 (replaces OUTPUT file=)' // newline &
+            // '  --set name=value    replace a PARAMETER''s value (repeatable)' // newline &
+            // '  --check             read and check the deck, print the model''s summary, run nothing' &
+            // newline // '  --threads N         threads for SWEEP members' // newline &
+            // '  -q, --quiet         print less' // newline &
+            // '  -v, --verbose       print every Newton iteration' // newline &
+            // '  --keywords          print the deck reference (--markdown: as Markdown)' // newline &
+            // '  --version, --help' // newline // newline &
+            // 'exit status: 0 done, 1 deck or command line wrong, 2 solution failed, 3 file trouble'
     end function help_text
 
 end module gb_command_line

@@ -5,8 +5,8 @@ module gb_monitor
     use gb_text, only: to_text
     use gb_fields, only: dof_index
     use gb_mesh, only: mesh_t, max_element_nodes
-    use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, quantity_displacement, &
-        quantity_velocity
+    use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, &
+        quantity_displacement, quantity_velocity
     use gb_state, only: state_t
     use gb_recorder, only: recorder_t, step_record_t
     use gb_shape, only: lagrange
@@ -83,7 +83,8 @@ contains
         sensor%nodes = mesh%nodes(e)
         s = 2.0_wp*(probe%x - mesh%x(mesh%first_node(e)))/mesh%element_length(e) - 1.0_wp
         call lagrange(min(1.0_wp, max(-1.0_wp, s)), sensor%weight(:sensor%nodes), slopes(:sensor%nodes))
-        sensor%unknown(:sensor%nodes) = [(dof_index(probe%field, mesh%first_node(e) + i - 1), i=1, sensor%nodes)]
+        sensor%unknown(:sensor%nodes) = [(dof_index(probe%field, mesh%first_node(e) + i - 1), i=1, &
+            sensor%nodes)]
     end function place_sensor
 
     pure real(wp) function reading(sensor, probe, state)
@@ -133,7 +134,8 @@ contains
         case (task_modal)
             text = task%name // ': ' // to_text(task%count) // ' natural modes about the current state'
         case default
-            text = task%name // ': ' // task%scheme // ', step ' // to_text(task%step) // ' to time ' // to_text(task%end_time)
+            text = task%name // ': ' // task%scheme // ', step ' // to_text(task%step) // ' to time ' &
+                // to_text(task%end_time)
         end select
     end function task_heading
 
@@ -142,7 +144,8 @@ contains
         character(:), allocatable :: text
         integer :: i
 
-        text = '    step  ' // padded(trim(merge('load', 'time', self%task%kind == task_static)), 13) // '  Newton'
+        text = '    step  ' // padded(trim(merge('load', 'time', self%task%kind == task_static)), 13) &
+            // '  Newton'
         do i = 1, min(shown_probes, size(self%probes))
             text = text // padded(self%probes(i)%name, 14)
         end do
@@ -177,7 +180,8 @@ contains
         self%last = step
         self%iterations = self%iterations + step%iterations
         self%cuts = self%cuts + step%cuts
-        self%largest_energy = max(self%largest_energy, abs(step%kinetic), abs(step%strain), abs(step%external))
+        self%largest_energy = max(self%largest_energy, abs(step%kinetic), abs(step%strain), &
+            abs(step%external))
         if (abs(balance(self)) > self%largest_drift) then
             self%largest_drift = abs(balance(self))
             self%when_drift = step%abscissa
@@ -186,12 +190,14 @@ contains
         if (allocated(error)) return
         if (allocated(step%increments)) then
             do i = 1, size(step%increments)
-                call self%log%detail('      iteration ' // to_text(i) // '  increment ' // to_text(step%increments(i), 4))
+                call self%log%detail('      iteration ' // to_text(i) // '  increment ' &
+                    // to_text(step%increments(i), 4))
             end do
         end if
         if (step%progress >= self%next_line - 1.0e-9_wp .or. step%cuts > 0) then
             call self%log%line(step_line(step, values))
-            self%next_line = real(floor(step%progress*lines_a_command + 1.0e-9_wp) + 1, wp)/real(lines_a_command, wp)
+            self%next_line = real(floor(step%progress*lines_a_command + 1.0e-9_wp) + 1, &
+                wp)/real(lines_a_command, wp)
         else
             call self%log%detail(step_line(step, values))
         end if
@@ -218,7 +224,8 @@ contains
         character(:), allocatable :: text
         integer :: i
 
-        text = padded(to_text(step%number), 8) // '  ' // padded(to_text(step%abscissa), 13) // padded(to_text(step%iterations), 8)
+        text = padded(to_text(step%number), 8) // '  ' // padded(to_text(step%abscissa), 13) &
+            // padded(to_text(step%iterations), 8)
         do i = 1, min(shown_probes, size(values))
             text = text // padded(to_text(values(i)), 14)
         end do
@@ -275,7 +282,8 @@ contains
         class(monitor_t), intent(in) :: self
 
         associate (first => self%first, last => self%last)
-            balance = last%kinetic + last%strain - last%external + last%dissipated - first%kinetic - first%strain
+            balance = last%kinetic + last%strain - last%external + last%dissipated - first%kinetic &
+                - first%strain
         end associate
     end function balance
 
@@ -286,16 +294,16 @@ contains
         real(wp) :: part
 
         associate (last => self%last)
-            call self%log%line('  energy: kinetic ' // to_text(last%kinetic) // ', strain ' // to_text(last%strain) // &
-                               ', external work ' // to_text(last%external) // ', dissipated ' // &
-                               to_text(last%dissipated) // ', balance ' // to_text(balance(self), 3))
+            call self%log%line('  energy: kinetic ' // to_text(last%kinetic) // ', strain ' &
+                // to_text(last%strain) // ', external work ' // to_text(last%external) // ', dissipated ' &
+                // to_text(last%dissipated) // ', balance ' // to_text(balance(self), 3))
         end associate
         if (self%largest_energy <= 0.0_wp) return
         part = self%largest_drift/self%largest_energy
         if (part > worrying_part) then
             call self%log%line('  warning: the energy balance drifts by ' // to_text(100.0_wp*part, 3) // &
                                ' % of the largest energy (worst at t = ' // to_text(self%when_drift) // &
-                               '); a smaller step or scheme energy would tell whether the motion can be trusted')
+                               '); compare with a smaller step or scheme energy')
         end if
     end subroutine report_energy
 

@@ -112,10 +112,11 @@ contains
         call cpu_time(cpu_end)
         if (allocated(error)) then
             if (error%status == status_file) return
-            call monitor%results%close('failed', error%message, real(count - start, wp)/real(rate, wp), cpu_end - cpu_start, &
-                                       file_error)
+            call monitor%results%close('failed', error%message, real(count - start, wp)/real(rate, wp), &
+                cpu_end - cpu_start, file_error)
         else
-            call monitor%results%close('complete', '', real(count - start, wp)/real(rate, wp), cpu_end - cpu_start, file_error)
+            call monitor%results%close('complete', '', real(count - start, wp)/real(rate, wp), cpu_end &
+                - cpu_start, file_error)
         end if
         if (allocated(file_error)) then
             call move_alloc(file_error, error)
@@ -123,13 +124,15 @@ contains
         end if
         call monitor%log%line('')
         if (allocated(error)) then
-            call monitor%log%line('failed after ' // to_text(real(count - start, wp)/real(rate, wp), 3) // ' s: ' // error%message)
+            call monitor%log%line('failed after ' // to_text(real(count - start, wp)/real(rate, wp), 3) &
+                // ' s: ' // error%message)
         else
-            call monitor%log%line('done in ' // to_text(real(count - start, wp)/real(rate, wp), 3) // ' s (' // &
-                                  to_text(cpu_end - cpu_start, 3) // ' s CPU)')
+            call monitor%log%line('done in ' // to_text(real(count - start, wp)/real(rate, wp), 3) &
+                // ' s (' // to_text(cpu_end - cpu_start, 3) // ' s CPU)')
         end if
         if (monitor%log%has_failed .and. .not. allocated(error)) then
-            call raise(error, status_file, 'the log could not be written to standard output (the results file is complete)')
+            call raise(error, status_file, &
+                'the log could not be written to standard output (the results file is complete)')
         end if
     end subroutine solve_problem
 
@@ -138,7 +141,7 @@ contains
         integer, intent(in) :: number
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
-        logical, intent(inout) :: has_velocities        !! whether the state's velocities are those to go on with
+        logical, intent(inout) :: has_velocities  !! whether the state's velocities are those to go on with
         type(state_t), intent(inout) :: state
         type(monitor_t), intent(inout) :: monitor
         type(error_t), allocatable, intent(out) :: error
@@ -156,7 +159,8 @@ contains
             case default
                 if (.not. has_velocities) call initial_velocities(problem%model, system, state%v, error)
                 has_velocities = .true.
-                if (.not. allocated(error)) call run_transient(system, external, problem%model%mesh, task, state, monitor, error)
+                if (.not. allocated(error)) call run_transient(system, external, problem%model%mesh, task, &
+                    state, monitor, error)
             end select
         end associate
         if (allocated(error)) then

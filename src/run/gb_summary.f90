@@ -31,18 +31,21 @@ contains
             end do
             do i = 1, size(model%lines)
                 associate (line => model%lines(i))
-                    call log%line('  line from ' // to_text(line%from) // ' to ' // to_text(line%to) // ': ' // &
-                                  to_text(line%elements) // ' elements of ' // to_text(line%nodes) // ' nodes, ' // &
-                                  trim(merge('full   ', 'reduced', line%full_integration)) // ' integration, ' // &
-                                  model%materials(line%material)%name // ', ' // model%sections(line%section)%name)
+                    call log%line('  line from ' // to_text(line%from) // ' to ' // to_text(line%to) &
+                        // ': ' // to_text(line%elements) // ' elements of ' // to_text(line%nodes) &
+                        // ' nodes, ' // trim(merge('full   ', 'reduced', line%full_integration)) &
+                        // ' integration, ' // model%materials(line%material)%name // ', ' &
+                        // model%sections(line%section)%name)
                 end associate
             end do
-            call log%line('  ' // to_text(model%mesh%n_nodes()) // ' nodes, ' // to_text(n_fields*model%mesh%n_nodes()) // &
-                          ' unknowns, ' // to_text(count(model%fixed_fields())) // ' of them held')
+            call log%line('  ' // to_text(model%mesh%n_nodes()) // ' nodes, ' &
+                // to_text(n_fields*model%mesh%n_nodes()) // ' unknowns, ' &
+                // to_text(count(model%fixed_fields())) // ' of them held')
             call print_supports(model, log)
             call log%line('  ' // to_text(size(model%point_loads)) // ' point loads, ' // &
                           to_text(size(model%distributed_loads)) // ' distributed loads, ' // &
-                          to_text(size(problem%probes)) // ' probes, ' // to_text(size(problem%tasks)) // ' solution commands')
+                          to_text(size(problem%probes)) // ' probes, ' // to_text(size(problem%tasks)) &
+                          // ' solution commands')
         end associate
     end subroutine print_summary
 
@@ -50,15 +53,15 @@ contains
         type(material_t), intent(in) :: material
         character(:), allocatable :: text
 
-        text = material%name // ': mu ' // to_text(material%mu) // ', c ' // to_text(material%c) // ', beta ' // &
-               to_text(material%beta) // ', jm '
+        text = material%name // ': mu ' // to_text(material%mu) // ', c ' // to_text(material%c) &
+            // ', beta ' // to_text(material%beta) // ', jm '
         if (material%jm >= unlimited_jm) then
             text = text // 'infinite'
         else
             text = text // to_text(material%jm)
         end if
-        text = text // ', rho ' // to_text(material%rho) // ' (small strain: E ' // to_text(material%fibre_modulus()) // &
-               ', nu ' // to_text(material%poisson_ratio()) // ')'
+        text = text // ', rho ' // to_text(material%rho) // ' (small strain: E ' &
+            // to_text(material%fibre_modulus()) // ', nu ' // to_text(material%poisson_ratio()) // ')'
     end function material_words
 
     function section_words(section) result(text)
@@ -71,7 +74,8 @@ contains
         else
             text = text // 'linear (does not conserve energy exactly)'
         end if
-        text = text // ', inertia ' // trim(merge('translational', 'diagonal     ', section%inertia == inertia_translational))
+        text = text // ', inertia ' // trim(merge('translational', 'diagonal     ', &
+            section%inertia == inertia_translational))
     end function section_words
 
     subroutine print_supports(model, log)

@@ -9,8 +9,8 @@
 !>                                        1  a21 a32 a43 a54 a65  *
 !>                                        2  a31 a42 a53 a64  *   *
 !>
-!> Symmetric matrices are factorised by Cholesky (dpbtrf) and, where they are not positive definite, by LU with row
-!> interchanges (dgbtrf) like general ones.
+!> Symmetric matrices are factorised by Cholesky (dpbtrf) and, where they are not positive definite, by LU
+!> with row interchanges (dgbtrf) like general ones.
 module gb_band
     use gb_kinds, only: wp
     use gb_lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv, dgbmv
@@ -129,12 +129,13 @@ contains
         if (self%symmetric) then
             call dsbmv('L', self%n, self%kd, 1.0_wp, self%a, self%kd + 1, x, 1, 0.0_wp, y, 1)
         else
-            call dgbmv('N', self%n, self%n, self%kd, self%kd, 1.0_wp, self%a, 2*self%kd + 1, x, 1, 0.0_wp, y, 1)
+            call dgbmv('N', self%n, self%n, self%kd, self%kd, 1.0_wp, self%a, 2*self%kd + 1, x, 1, 0.0_wp, &
+                y, 1)
         end if
     end subroutine multiply
 
-    !> Row sums of |a| scaled by the size of each unknown, bound(i) = sum_j |a_ij| x_j: times the unit round-off, the
-    !> rounding error that a residual a*x cannot get below.
+    !> Row sums of |a| scaled by the size of each unknown, bound(i) = sum_j |a_ij| x_j: times the unit
+    !> round-off, the rounding error that a residual a*x cannot get below.
     pure subroutine row_bound(self, x, bound)
         class(band_t), intent(in) :: self
         real(wp), intent(in) :: x(self%n)
@@ -175,7 +176,8 @@ contains
         singular = max(0, info)
     end subroutine factorise
 
-    !> Into dgbtrf's layout: a_ij stands in row 2 kd + 1 + i - j of column j; the first kd rows are room for fill-in.
+    !> Into dgbtrf's layout: a_ij stands in row 2 kd + 1 + i - j of column j; the first kd rows are room for
+    !> fill-in.
     pure subroutine copy_to_general(self)
         class(band_t), intent(inout) :: self
         integer :: i, j, middle
@@ -199,7 +201,8 @@ contains
         if (self%is_cholesky) then
             call dpbtrs('L', self%n, self%kd, size(x, 2), self%cholesky, self%kd + 1, x, self%n, info)
         else
-            call dgbtrs('N', self%n, self%kd, self%kd, size(x, 2), self%lu, 3*self%kd + 1, self%pivots, x, self%n, info)
+            call dgbtrs('N', self%n, self%kd, self%kd, size(x, 2), self%lu, 3*self%kd + 1, self%pivots, x, &
+                self%n, info)
         end if
     end subroutine solve
 

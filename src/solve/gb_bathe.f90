@@ -1,5 +1,5 @@
-!> Bathe's composite scheme in the form with a spectral radius rho at infinite frequency (Noh and Bathe 2019): the
-!> trapezoidal rule over the first half of the step, then over the whole step
+!> Bathe's composite scheme in the form with a spectral radius rho at infinite frequency (Noh and Bathe 2019):
+!> the trapezoidal rule over the first half of the step, then over the whole step
 !>     v_1 = v_0 + dt (q0 a_0 + q1 a_h + q2 a_1),   u_1 = u_0 + dt (q0 v_0 + q1 v_h + q2 v_1),
 !>     q1 = (rho+1)/(rho+3),  q0 = q2 = (1-q1)/2.
 !> rho = 0 is the three-point backward formula of Bathe and Baig (2005), rho = 1 the trapezoidal rule twice.

@@ -1,5 +1,6 @@
-!> The energy and momentum conserving scheme: M (v_1 - v_0)/dt + f_average = (f_0 + f_1)/2, (u_1 - u_0)/dt = (v_0 + v_1)/2,
-!> with an internal force that does exactly the work the strain energy gains (gb_section_average). Second order.
+!> The energy and momentum conserving scheme: M (v_1 - v_0)/dt + f_average = (f_0 + f_1)/2, (u_1 - u_0)/dt =
+!> (v_0 + v_1)/2, with an internal force that does exactly the work the strain energy gains
+!> (gb_section_average). Second order.
 module gb_energy_momentum
     use gb_kinds, only: wp
     use gb_state, only: state_t

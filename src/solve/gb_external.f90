@@ -1,4 +1,5 @@
-!> What acts on the beam from outside: every load as a vector of nodal forces times a history, and driven supports.
+!> What acts on the beam from outside: every load as a vector of nodal forces times a history, and driven
+!> supports.
 module gb_external
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_solution
@@ -102,14 +103,15 @@ contains
         force(first:first + 3) = force(first:first + 3) + value
     end subroutine add_point
 
-    !> Consistent nodal forces of a load spread evenly over [from, to], which may cut elements: exact, since the
-    !> integrand is a shape function.
+    !> Consistent nodal forces of a load spread evenly over [from, to], which may cut elements: exact, since
+    !> the integrand is a shape function.
     pure subroutine add_distributed(mesh, from, to, q, force)
         type(mesh_t), intent(in) :: mesh
         real(wp), intent(in) :: from, to        !! [L]
         real(wp), intent(in) :: q(2)            !! [F/L]
         real(wp), intent(inout) :: force(:)
-        real(wp) :: points(max_nodes), weights(max_nodes), n(max_nodes), d(max_nodes), left, length, low, high, x
+        real(wp) :: points(max_nodes), weights(max_nodes), n(max_nodes), d(max_nodes), left, length, low, &
+            high, x
         integer :: e, i, node, first
 
         call gauss_legendre(points, weights)
@@ -125,7 +127,8 @@ contains
                     call lagrange(2.0_wp*(x - left)/length - 1.0_wp, n(:nodes), d(:nodes))
                     do node = 1, nodes
                         first = dof_index(field_u1, mesh%first_node(e) + node - 1)
-                        force(first:first + 1) = force(first:first + 1) + 0.5_wp*(high - low)*weights(i)*n(node)*q
+                        force(first:first + 1) = force(first:first + 1) + 0.5_wp*(high &
+                            - low)*weights(i)*n(node)*q
                     end do
                 end do
             end associate
@@ -137,14 +140,14 @@ contains
         type(model_t), intent(in) :: model
         real(wp), intent(in) :: g(2)            !! [L/T^2]
         real(wp), intent(inout) :: force(:)
-        real(wp) :: left
+        real(wp) :: left, mass
         integer :: e
 
         associate (mesh => model%mesh)
             do e = 1, mesh%n_elements()
                 left = mesh%x(mesh%first_node(e))
-                call add_distributed(mesh, left, left + mesh%element_length(e), &
-                                     model%materials(mesh%material(e))%rho*model%sections(mesh%section(e))%area()*g, force)
+                mass = model%materials(mesh%material(e))%rho*model%sections(mesh%section(e))%area()
+                call add_distributed(mesh, left, left + mesh%element_length(e), mass*g, force)
             end do
         end associate
     end subroutine add_gravity
@@ -187,7 +190,8 @@ contains
         end do
     end subroutine force_at
 
-    !> Instants in ]0, end[ at which a load or driven support jumps or has a corner, increasing, each once [T].
+    !> Instants in ]0, end[ at which a load or driven support jumps or has a corner, increasing, each once
+    !> [T].
     pure function events(self, end_time) result(times)
         class(external_t), intent(in) :: self
         real(wp), intent(in) :: end_time

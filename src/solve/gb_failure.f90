@@ -24,15 +24,18 @@ contains
 
         select case (report%outcome)
         case (newton_inadmissible)
-            text = 'no admissible state along the search direction; ' // place_of_worst(system, report%rejected)
+            text = 'no admissible state along the search direction; ' // place_of_worst(system, &
+                report%rejected)
         case (newton_singular)
             node = 1 + (report%singular_unknown - 1)/n_fields
             text = 'the tangent is singular: ' &
-                   // field_names(1 + modulo(report%singular_unknown - 1, n_fields)) // ' at x = ' // to_text(x(node)) &
-                   // ' (node ' // to_text(node) // ') has no stiffness; a support is missing there, or the load is critical'
+                   // field_names(1 + modulo(report%singular_unknown - 1, n_fields)) // ' at x = ' &
+                   // to_text(x(node)) // ' (node ' // to_text(node) &
+                   // ') has no stiffness; a support is missing there, or the load is critical'
         case (newton_slow)
             text = 'Newton''s method did not converge in ' // to_text(size(report%increments)) &
-                   // ' iterations (last increment ' // to_text(last_increment(report), 3) // '); ' // place_of_worst(system, u)
+                   // ' iterations (last increment ' // to_text(last_increment(report), 3) // '); ' &
+                   // place_of_worst(system, u)
         case (newton_diverged)
             text = 'Newton''s method diverged (increments beyond all measure); ' // place_of_worst(system, u)
         case default
@@ -55,8 +58,9 @@ contains
         type(worst_point_t) :: worst
 
         worst = system%worst_point(u)
-        text = 'worst at element ' // to_text(worst%element) // ', integration point ' // to_text(worst%point) &
-               // ', X3 = ' // to_text(worst%height) // ': J = ' // to_text(worst%j) // ', I1-2 = ' // to_text(worst%i1_minus_2)
+        text = 'worst at element ' // to_text(worst%element) // ', integration point ' &
+            // to_text(worst%point) // ', X3 = ' // to_text(worst%height) // ': J = ' // to_text(worst%j) &
+            // ', I1-2 = ' // to_text(worst%i1_minus_2)
         if (worst%jm < unlimited_jm) text = text // ' of Jm = ' // to_text(worst%jm)
     end function place_of_worst
 

@@ -1,5 +1,6 @@
-!> Newmark's scheme, eq. (44-47), and its dissipative relatives: with alpha_m = alpha_f = 0 it is Newmark's own; Hilber,
-!> Hughes and Taylor's and Chung and Hulbert's schemes weight inertia and forces between the ends of the step:
+!> Newmark's scheme, eq. (44-47), and its dissipative relatives: with alpha_m = alpha_f = 0 it is Newmark's
+!> own; Hilber, Hughes and Taylor's and Chung and Hulbert's schemes weight inertia and forces between the ends
+!> of the step:
 !>     M a_(n+1-alpha_m) + C v_(n+1-alpha_f) + f_int(u_(n+1-alpha_f)) = (1-alpha_f) f_(n+1) + alpha_f f_n.
 !> All are second order; for nonlinear problems none is unconditionally stable.
 module gb_generalized_alpha

@@ -14,7 +14,8 @@ module gb_initial
 
 contains
 
-    !> The state a run starts from: INITIAL displacements and velocities, or rest. Held fields stay where they are.
+    !> The state a run starts from: INITIAL displacements and velocities, or rest. Held fields stay where they
+    !> are.
     subroutine initial_state(model, system, state, error)
         type(model_t), intent(in) :: model
         type(system_t), intent(in) :: system
@@ -29,8 +30,8 @@ contains
         if (.not. allocated(error)) call initial_velocities(model, system, state%v, error)
         if (allocated(error)) return
         call system%strain_energy(state%u, energy, admissible)
-        if (.not. admissible) call raise(error, status_solution, 'the INITIAL displacements are not admissible ' // &
-                                         '(J <= 0 or I1-2 >= jm somewhere)')
+        if (.not. admissible) call raise(error, status_solution, &
+            'the INITIAL displacements are not admissible ' // '(J <= 0 or I1-2 >= jm somewhere)')
     end subroutine initial_state
 
     !> Velocities of a transient that does not follow another one.

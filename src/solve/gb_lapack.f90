@@ -6,7 +6,8 @@ module gb_lapack
     public :: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv, dgbmv, dsygv, dsyev
 
     interface
-        !> Cholesky factors of a symmetric positive definite band matrix; info > 0: leading minor not positive definite.
+        !> Cholesky factors of a symmetric positive definite band matrix; info > 0: leading minor not positive
+        !> definite.
         pure subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
             character(1), intent(in) :: uplo
             integer, intent(in) :: n, kd, ldab

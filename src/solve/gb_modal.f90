@@ -1,5 +1,6 @@
-!> MODAL: natural frequencies and modes about the current state, K x = omega^2 M x with banded matrices, by subspace
-!> iteration on (K - shift M)^-1 M with a shift below the spectrum. A Sturm count checks that none was missed.
+!> MODAL: natural frequencies and modes about the current state, K x = omega^2 M x with banded matrices, by
+!> subspace iteration on (K - shift M)^-1 M with a shift below the spectrum. A Sturm count checks that none
+!> was missed.
 module gb_modal
     use gb_kinds, only: wp, pi
     use gb_error, only: error_t, raise, status_solution
@@ -39,7 +40,8 @@ contains
         call k%set_up(system%n, system%kd, system%symmetric)
         call system%tangent(state%u, force, k, admissible)
         if (.not. admissible) then
-            call raise(error, status_solution, 'MODAL: the current state is not admissible (J <= 0 or I1-2 >= jm somewhere)')
+            call raise(error, status_solution, &
+                'MODAL: the current state is not admissible (J <= 0 or I1-2 >= jm somewhere)')
             return
         end if
         if (.not. system%symmetric) call take_symmetric_part(k)
@@ -55,8 +57,9 @@ contains
         call iterate_subspace(k, m, shift, count, massive, lambda, modes, error)
         if (allocated(error)) return
         i = count_below(k, m, lambda(count) + 1.0e-8_wp*abs(lambda(count) - shift))
-        if (i > count) call recorder%note('MODAL: ' // to_text(i) // ' modes lie at or below the last of the ' // &
-                                          to_text(count) // ' found; ask for count=' // to_text(i))
+        if (i > count) call recorder%note('MODAL: ' // to_text(i) &
+            // ' modes lie at or below the last of the ' // to_text(count) // ' found; ask for count=' &
+            // to_text(i))
         where (abs(lambda) <= 1.0e-9_wp*abs(shift)) lambda = 0.0_wp     ! a rigid motion, to round-off
         if (any(lambda < 0.0_wp)) then
             call recorder%note('MODAL: the state is unstable; modes that grow have a negative frequency')
@@ -64,7 +67,8 @@ contains
         call recorder%record_modes(sign(sqrt(abs(lambda))/(2.0_wp*pi), lambda), modes, error)
     end subroutine run_modal
 
-    !> k <- (k + k')/2 in symmetric storage. The skew part of rule `linear`'s tangent changes eigenvalues in second order only.
+    !> k <- (k + k')/2 in symmetric storage. The skew part of rule `linear`'s tangent changes eigenvalues in
+    !> second order only.
     pure subroutine take_symmetric_part(k)
         type(band_t), intent(inout) :: k
         real(wp), allocatable :: lower(:, :)
@@ -90,7 +94,8 @@ contains
         stiffness = 0.0_wp
         mass = 0.0_wp
         do i = 1, size(model%lines)
-            associate (material => model%materials(model%lines(i)%material), section => model%sections(model%lines(i)%section))
+            associate (material => model%materials(model%lines(i)%material), &
+                section => model%sections(model%lines(i)%section))
                 stiffness = max(stiffness, material%fibre_modulus()*section%second_moment())
                 mass = max(mass, material%rho*section%area())
             end associate
@@ -98,8 +103,8 @@ contains
         frequency_scale = stiffness/(mass*model%mesh%length()**4)
     end function frequency_scale
 
-    !> A shift below every eigenvalue: then K - shift M is positive definite and has a Cholesky factor. A support-free beam
-    !> or a buckled state needs a negative one.
+    !> A shift below every eigenvalue: then K - shift M is positive definite and has a Cholesky factor. A
+    !> support-free beam or a buckled state needs a negative one.
     subroutine find_shift(k, m, scale, shift, error)
         type(band_t), intent(in) :: k, m
         real(wp), intent(in) :: scale                   !! [1/T^2]
@@ -112,11 +117,13 @@ contains
             if (count_below(k, m, shift) == 0) return
             shift = 4.0_wp*shift
         end do
-        call raise(error, status_solution, 'MODAL: the stiffness of the fields without inertia is not positive definite; ' // &
-                   'use inertia=diagonal, or support them')
+        call raise(error, status_solution, &
+            'MODAL: the stiffness of the fields without inertia is not positive definite; ' &
+            // 'use inertia=diagonal, or support them')
     end subroutine find_shift
 
-    !> Number of eigenvalues below sigma: negative pivots of K - sigma M = L D L' (Sylvester's law of inertia).
+    !> Number of eigenvalues below sigma: negative pivots of K - sigma M = L D L' (Sylvester's law of
+    !> inertia).
     pure integer function count_below(k, m, sigma) result(count)
         type(band_t), intent(in) :: k, m
         real(wp), intent(in) :: sigma
@@ -138,7 +145,8 @@ contains
         end do
     end function count_below
 
-    !> The lowest `count` eigenpairs, modes M-orthonormal and then scaled to a largest component of 1 of a displacement.
+    !> The lowest `count` eigenpairs, modes M-orthonormal and then scaled to a largest component of 1 of a
+    !> displacement.
     subroutine iterate_subspace(k, m, shift, count, massive, lambda, modes, error)
         type(band_t), intent(in) :: k, m
         real(wp), intent(in) :: shift
@@ -170,16 +178,16 @@ contains
             if (q < count) exit
             has_settled = .true.
             do i = 1, count
-                change = abs(values(i) - before(i))
-                if (change <= wanted_change*abs(values(i))) cycle
-                has_settled = has_settled .and. change <= round_off(shifted, x(:, i))
+                change = abs(values(i) - before(i))/abs(values(i))
+                if (change > wanted_change) has_settled = has_settled .and. change <= round_off(shifted, &
+                    x(:, i))
             end do
             if (has_settled) exit
             before(:q) = values(:q)
         end do
         if (q < count .or. round > max_rounds) then
-            call raise(error, status_solution, 'MODAL: ' // to_text(count) // ' modes did not converge in ' // &
-                       to_text(max_rounds) // ' rounds; ask for fewer with count=')
+            call raise(error, status_solution, 'MODAL: ' // to_text(count) // ' modes did not converge in ' &
+                // to_text(max_rounds) // ' rounds; ask for fewer with count=')
             return
         end if
         lambda = values(:count) + shift
@@ -189,8 +197,9 @@ contains
         end do
     end subroutine iterate_subspace
 
-    !> What rounding alone changes in x' K x: unit round-off times the sum of |K_ij| |x_i| |x_j|. For the lowest modes of a
-    !> slender beam it is far above their own unit round-off, since K holds the stiffness of the thickness too.
+    !> What rounding alone changes in x' K x: unit round-off times the sum of |K_ij| |x_i| |x_j|. For the
+    !> lowest modes of a slender beam it is far above their own unit round-off, since K holds the stiffness of
+    !> the thickness too.
     pure real(wp) function round_off(k, x)
         type(band_t), intent(in) :: k
         real(wp), intent(in) :: x(:)
@@ -229,8 +238,9 @@ contains
         end do
     end subroutine start_vectors
 
-    !> Rayleigh-Ritz: rotate x so that it diagonalises the projected pencil. On return the first q columns are M-orthonormal
-    !> Ritz vectors, values their eigenvalues of the shifted pencil, increasing; q shrinks where vectors are dependent.
+    !> Rayleigh-Ritz: rotate x so that it diagonalises the projected pencil. On return the first q columns are
+    !> M-orthonormal Ritz vectors, values their eigenvalues of the shifted pencil, increasing; q shrinks where
+    !> vectors are dependent.
     subroutine orthonormalise(shifted, m, x, mx, values, q)
         type(band_t), intent(in) :: shifted, m
         real(wp), intent(inout) :: x(:, :)

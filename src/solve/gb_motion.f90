@@ -24,7 +24,8 @@ module gb_motion
 
     public :: build_motion
 
-    !> Derivatives of a history are taken over this part of a step: small against the step, large against round-off.
+    !> Derivatives of a history are taken over this part of a step: small against the step, large against
+    !> round-off.
     real(wp), parameter :: difference_part = 1.0e-4_wp
 
 contains
@@ -87,8 +88,8 @@ contains
         end do
     end subroutine impose
 
-    !> Driven fields and their derivatives from time t on: at the start, and after a jump or corner. Derivatives are
-    !> one-sided differences of second order (velocity) and first order (acceleration).
+    !> Driven fields and their derivatives from time t on: at the start, and after a jump or corner.
+    !> Derivatives are one-sided differences of second order (velocity) and first order (acceleration).
     pure subroutine restart(self, t, step, state, error)
         class(motion_t), intent(in) :: self
         real(wp), intent(in) :: t, step             !! [T]

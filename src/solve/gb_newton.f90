@@ -1,6 +1,6 @@
-!> Newton's method for one stage (gb_stage). Every trial state is tested for admissibility (J > 0, I1-2 < jm at every
-!> integration point) before anything is computed from it, and the step is halved until it passes. The full step is
-!> tried first throughout; where that fails, the iteration starts again with a line search.
+!> Newton's method for one stage (gb_stage). Every trial state is tested for admissibility (J > 0, I1-2 < jm
+!> at every integration point) before anything is computed from it, and the step is halved until it passes.
+!> The full step is tried first throughout; where that fails, the iteration starts again with a line search.
 module gb_newton
     use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gb_kinds, only: wp
@@ -12,7 +12,8 @@ module gb_newton
     private
 
     !> How an attempt ended.
-    integer, parameter, public :: newton_converged = 0      !! increments below the tolerance, or residual at round-off
+    integer, parameter, public :: newton_converged = 0  !! increments below the tolerance, or residual at
+                                                        !! round-off
     integer, parameter, public :: newton_inadmissible = 1   !! no admissible state along the search direction
     integer, parameter, public :: newton_singular = 2       !! a pivot of the tangent vanishes
     integer, parameter, public :: newton_slow = 3           !! iterations used up
@@ -25,7 +26,7 @@ module gb_newton
         integer :: singular_unknown = 0             !! for newton_singular
         real(wp) :: residual = 0.0_wp               !! last residual over the forces that balance in it [-]
         real(wp), allocatable :: increments(:)      !! largest scaled increment of each iteration [-]
-        real(wp), allocatable :: rejected(:)        !! the trial state that was refused, for newton_inadmissible
+        real(wp), allocatable :: rejected(:)  !! the trial state that was refused, for newton_inadmissible
     end type newton_report_t
 
     type, public :: newton_t
@@ -47,16 +48,19 @@ module gb_newton
 
 contains
 
-    subroutine set_up(self, system, symmetric, tolerance, iterations)
+    subroutine set_up(self, system, tolerance, iterations, symmetric)
         class(newton_t), intent(inout) :: self
         type(system_t), intent(in) :: system
-        logical, intent(in) :: symmetric            !! whether the tangent is
         real(wp), intent(in) :: tolerance
         integer, intent(in) :: iterations
+        logical, intent(in), optional :: symmetric  !! whether the tangent is, if not as the elements'
+        logical :: is_symmetric
 
         self%tolerance = tolerance
         self%max_iterations = iterations
-        call self%k%set_up(system%n, system%kd, symmetric)
+        is_symmetric = system%symmetric
+        if (present(symmetric)) is_symmetric = symmetric
+        call self%k%set_up(system%n, system%kd, is_symmetric)
         allocate (self%r(system%n), self%force(system%n), self%u_e(system%n), self%trial(system%n), &
                   self%work(system%n), self%increment(system%n, 1), self%round_off(system%n))
     end subroutine set_up
@@ -66,7 +70,7 @@ contains
         class(newton_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(inout) :: u(:)             !! guess in, solution out (n); held unknowns have their values
+        real(wp), intent(inout) :: u(:)  !! guess in, solution out (n); held unknowns have their values
         type(newton_report_t), intent(out) :: report
         real(wp), allocatable :: guess(:)
         integer :: spent
@@ -185,7 +189,8 @@ contains
         if (stage%mass_factor > 0.0_wp) then
             call system%add_inertia(self%u_e, stage%damping_factor*(u - stage%u_damping), &
                                     stage%mass_factor*(u - stage%u_mass), &
-                                    [stage%force_factor, stage%damping_factor, stage%mass_factor], self%r, self%k)
+                                    [stage%force_factor, stage%damping_factor, stage%mass_factor], self%r, &
+                                    self%k)
             if (allocated(system%damping%a)) then
                 call system%damping%multiply(u - stage%u_damping, self%work)
                 self%r = self%r + stage%damping_factor*self%work
@@ -196,8 +201,8 @@ contains
         call self%k%constrain(system%fixed_list)
     end subroutine evaluate
 
-    !> What a line search compares at u, where `evaluate` has just been: the stage's potential and its slope along the
-    !> increment; where there is none (unsymmetric tangent), half the square of the residual.
+    !> What a line search compares at u, where `evaluate` has just been: the stage's potential and its slope
+    !> along the increment; where there is none (unsymmetric tangent), half the square of the residual.
     subroutine measure(self, system, stage, u, merit, slope)
         class(newton_t), intent(inout) :: self
         type(system_t), intent(in) :: system
@@ -226,8 +231,9 @@ contains
         end if
     end subroutine measure
 
-    !> The part of each residual that rounding alone explains: unit round-off times sum |k_ij| |u_j|, where a field counts
-    !> at least as its natural size (an element's length for displacements, since strains are differences of them).
+    !> The part of each residual that rounding alone explains: unit round-off times sum |k_ij| |u_j|, where a
+    !> field counts at least as its natural size (an element's length for displacements, since strains are
+    !> differences of them).
     subroutine estimate_round_off(self, system, u)
         class(newton_t), intent(inout) :: self
         type(system_t), intent(in) :: system
@@ -276,7 +282,8 @@ contains
         end do
     end function is_beyond_measure
 
-    !> Norm of the residual over that of the forces that balance in it, field by field made comparable by the fields' sizes.
+    !> Norm of the residual over that of the forces that balance in it, field by field made comparable by the
+    !> fields' sizes.
     pure function relative_residual(self, system, stage) result(relative)
         class(newton_t), intent(in) :: self
         type(system_t), intent(in) :: system

@@ -1,5 +1,6 @@
-!> What a time integration scheme is to the rest of the program: it turns a step into one or more implicit stages
-!> (gb_stage) and their solutions into displacements, velocities and accelerations. It knows no element and no load.
+!> What a time integration scheme is to the rest of the program: it turns a step into one or more implicit
+!> stages (gb_stage) and their solutions into displacements, velocities and accelerations. It knows no element
+!> and no load.
 module gb_scheme
     use gb_kinds, only: wp
     use gb_state, only: state_t
@@ -39,7 +40,8 @@ module gb_scheme
             type(state_t), intent(inout) :: reached
         end subroutine finish_stage_i
 
-        !> The stage ends at `fraction` of the step, and its external force is weight f(end) + (1-weight) f(start of step).
+        !> The stage ends at `fraction` of the step, and its external force is weight f(end) + (1-weight)
+        !> f(start of step).
         pure subroutine load_mix_i(self, number, fraction, weight)
             import :: scheme_t, wp
             class(scheme_t), intent(in) :: self

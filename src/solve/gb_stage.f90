@@ -4,7 +4,8 @@
 !>     u_e = u_start + force_factor (U - u_start).
 !>
 !> where an averaging stage takes for f_int the average over the path from u_start to U (gb_section_average).
-!> Statics is mass_factor = damping_factor = 0 and force_factor = 1. Newton's method sees nothing else of a scheme.
+!> Statics is mass_factor = damping_factor = 0 and force_factor = 1. Newton's method sees nothing else of a
+!> scheme.
 module gb_stage
     use gb_kinds, only: wp
     implicit none

@@ -1,4 +1,5 @@
-!> STATIC: equilibrium under loads that grow in steps, by Newton's method; a load step that fails is cut in halves.
+!> STATIC: equilibrium under loads that grow in steps, by Newton's method; a load step that fails is cut in
+!> halves.
 module gb_static
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_solution
@@ -20,8 +21,8 @@ module gb_static
 
 contains
 
-    !> From the state's load factor to task%load in task%steps equal steps; every step is told to the recorder.
-    !> On failure the state is the last equilibrium found.
+    !> From the state's load factor to task%load in task%steps equal steps; every step is told to the
+    !> recorder. On failure the state is the last equilibrium found.
     subroutine run_static(system, external, mesh, task, state, recorder, error)
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
@@ -40,7 +41,7 @@ contains
         integer :: i
         logical :: exhausted, admissible
 
-        call newton%set_up(system, system%symmetric, task%tolerance, task%iterations)
+        call newton%set_up(system, task%tolerance, task%iterations)
         parts%max_level = task%cuts
         allocate (force(system%n))
         call external%static_forces(force)
@@ -58,7 +59,8 @@ contains
             step%iterations = 0
             step%cuts = 0
             from = state%load
-            target = merge(task%load, start + (task%load - start)*real(i, wp)/real(task%steps, wp), i == task%steps)
+            target = merge(task%load, start + (task%load - start)*real(i, wp)/real(task%steps, wp), &
+                i == task%steps)
             call parts%begin_interval(1.0_wp)
             do while (.not. parts%is_finished())
                 associate (factor => from + (target - from)*parts%next_end())
@@ -74,10 +76,10 @@ contains
                         call parts%reject(exhausted)
                         last_factor = 0.0_wp
                         if (exhausted) then
-                            call raise(error, status_solution, 'STATIC: step ' // to_text(i) // ' of ' // to_text(task%steps) &
-                                       // ' failed at load factor ' // to_text(factor) // ' after ' // to_text(task%cuts) &
-                                       // ' cuts: ' // failure_reason(system, report, u, mesh%x) &
-                                       // '. Try more steps=, or stop at a smaller load=')
+                            call raise(error, status_solution, 'STATIC: step ' // to_text(i) // ' of ' &
+                                // to_text(task%steps) // ' failed at load factor ' // to_text(factor) &
+                                // ' after ' // to_text(task%cuts) // ' cuts: ' // failure_reason(system, &
+                                report, u, mesh%x) // '. Try more steps=, or stop at a smaller load=')
                             return
                         end if
                         cycle

@@ -1,5 +1,5 @@
-!> One step of a transient: proposed, solved, and only then committed; a step that fails leaves the committed state as it
-!> was. The stepper also keeps the energy ledger.
+!> One step of a transient: proposed, solved, and only then committed; a step that fails leaves the committed
+!> state as it was. The stepper also keeps the energy ledger.
 module gb_stepper
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_solution
@@ -30,7 +30,7 @@ module gb_stepper
         type(state_t) :: trial                      !! the state proposed
         type(state_t) :: previous                   !! end of the previous stage
         type(stage_t) :: stage
-        real(wp) :: span = 0.0_wp                   !! natural step: driven supports are differentiated on its scale [T]
+        real(wp) :: span = 0.0_wp  !! natural step: driven supports are differentiated on its scale [T]
         real(wp), allocatable :: f_start(:)         !! external force at the committed state, after a jump (n)
         real(wp), allocatable :: f_end(:)           !! external force at the proposed state, before a jump (n)
         real(wp), allocatable :: lumped(:)          !! explicit scheme: diagonal mass (n)
@@ -62,8 +62,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         call make_scheme(task, self%scheme)
-        call self%newton%set_up(system, system%symmetric .and. self%scheme%has_symmetric_tangent, task%tolerance, &
-                                task%iterations)
+        call self%newton%set_up(system, task%tolerance, task%iterations, &
+                                system%symmetric .and. self%scheme%has_symmetric_tangent)
         allocate (self%f_start(system%n), self%f_end(system%n), self%stage%f_external(system%n))
         if (self%scheme%is_explicit) self%lumped = system%lumped_mass()
         self%span = span
@@ -73,7 +73,8 @@ contains
         self%previous = state
     end subroutine start
 
-    !> At time 0 and after a jump: driven supports and loads have their values from then on, and accelerations follow.
+    !> At time 0 and after a jump: driven supports and loads have their values from then on, and accelerations
+    !> follow.
     subroutine restart(self, system, external, state, error)
         class(stepper_t), intent(inout) :: self
         type(system_t), intent(in) :: system
@@ -139,7 +140,8 @@ contains
         end do
     end subroutine propose
 
-    !> The state of an explicit scheme: displacements as predicted, acceleration from equilibrium with lumped mass.
+    !> The state of an explicit scheme: displacements as predicted, acceleration from equilibrium with lumped
+    !> mass.
     subroutine explicit_state(self, system, external, state, is_solved, error)
         class(stepper_t), intent(inout) :: self
         type(system_t), intent(in) :: system
@@ -179,8 +181,8 @@ contains
         if (.not. admissible) self%trial%u = state%u
     end subroutine guess
 
-    !> Fields without inertia follow the others: the scheme's own formulas would let their derivatives, which nothing
-    !> depends on, alternate from step to step.
+    !> Fields without inertia follow the others: the scheme's own formulas would let their derivatives, which
+    !> nothing depends on, alternate from step to step.
     pure subroutine settle_massless(system, dt, state, reached)
         type(system_t), intent(in) :: system
         real(wp), intent(in) :: dt
@@ -198,7 +200,7 @@ contains
         class(stepper_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
-        logical, intent(in) :: at_event             !! whether a load or a driven support jumps or has a corner there
+        logical, intent(in) :: at_event  !! whether a load or a driven support jumps or has a corner there
         type(state_t), intent(inout) :: state
         type(error_t), allocatable, intent(out) :: error
         real(wp), allocatable :: drag(:), reaction_start(:)
@@ -256,8 +258,8 @@ contains
         self%dissipated = self%mark%dissipated
     end subroutine go_back
 
-    !> state%a from M a = f - f_int(u) - C v - (inertia force at a = 0); held fields keep their acceleration (that of the
-    !> drive, or none), fields without inertia have none.
+    !> state%a from M a = f - f_int(u) - C v - (inertia force at a = 0); held fields keep their acceleration
+    !> (that of the drive, or none), fields without inertia have none.
     subroutine equilibrium_acceleration(self, system, external, force, state, admissible)
         class(stepper_t), intent(in) :: self
         type(system_t), intent(in) :: system

@@ -1,5 +1,5 @@
-!> Cutting a step in halves where Newton's method fails, and growing back: an interval is walked through in 2^level
-!> equal parts, so that its end is always met exactly.
+!> Cutting a step in halves where Newton's method fails, and growing back: an interval is walked through in
+!> 2^level equal parts, so that its end is always met exactly.
 module gb_substeps
     use gb_kinds, only: wp
     implicit none

@@ -1,5 +1,5 @@
-!> The discretised model: elements, supports and mass ready for assembly. It answers the questions that the solution
-!> methods ask: strain energy, internal force, tangent, mass.
+!> The discretised model: elements, supports and mass ready for assembly. It answers the questions that the
+!> solution methods ask: strain energy, internal force, tangent, mass.
 module gb_system
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
@@ -27,9 +27,9 @@ module gb_system
         real(wp), allocatable :: half_length(:)             !! dX1/ds [L] (ne)
         type(shape_table_t), allocatable :: tables(:)       !! reduced and full integration of 2 to 5 nodes
         type(section_data_t), allocatable :: sections(:)    !! pairs of material and section
-        type(band_t) :: mass                                !! consistent, constant; without elements of full inertia
+        type(band_t) :: mass  !! consistent, constant; without elements of full inertia
         type(band_t) :: damping                             !! Rayleigh damping; not allocated without DAMPING
-        logical, allocatable :: has_full_inertia(:)         !! elements whose mass depends on the configuration (ne)
+        logical, allocatable :: has_full_inertia(:)  !! elements whose mass depends on the configuration (ne)
         real(wp), allocatable :: mass_moments(:, :)         !! rho (A, I, I4) (3, sections)
         logical, allocatable :: fixed(:)                    !! held or driven unknowns (n)
         integer, allocatable :: fixed_list(:)
@@ -107,7 +107,8 @@ contains
                     part%inertia = section%second_moment()
                     part%p = [material%mu, material%c, material%beta, 1.0_wp/material%jm]
                     if (material%jm >= unlimited_jm) part%p(4) = 0.0_wp
-                    mass_moments(:, k) = material%rho*[section%area(), section%second_moment(), section%fourth_moment()]
+                    mass_moments(:, k) = material%rho*[section%area(), section%second_moment(), &
+                        section%fourth_moment()]
                 end associate
             end do
         end do
@@ -127,13 +128,15 @@ contains
         do e = 1, system%n_elements
             nodes = model%mesh%nodes(e)
             table = system%tables(exact_table(system, e))
-            density = field_density(model%materials(model%mesh%material(e)), model%sections(model%mesh%section(e)))
+            density = field_density(model%materials(model%mesh%material(e)), &
+                model%sections(model%mesh%section(e)))
             if (.not. system%has_full_inertia(e)) then
                 call element_mass(nodes, table%points, table%n, system%half_length(e)*table%w, density, m)
                 call system%mass%add_block(system%first(e), n_fields*nodes, m)
             end if
             do i = 1, n_fields*nodes
-                if (density(1 + modulo(i - 1, n_fields)) > 0.0_wp) system%massless(system%first(e) + i) = .false.
+                if (density(1 + modulo(i - 1, n_fields)) > 0.0_wp) system%massless(system%first(e) &
+                    + i) = .false.
             end do
         end do
     end subroutine build_mass
@@ -155,14 +158,15 @@ contains
         system%damping%a = model%damping%stiffness*system%damping%a + model%damping%mass*mass%a
     end subroutine build_damping
 
-    !> Mass a unit length of each field, rho (A, A, I, I, I4), or rho (A, A, 0, 0, 0) for translational inertia.
+    !> Mass a unit length of each field, rho (A, A, I, I, I4), or rho (A, A, 0, 0, 0) for translational
+    !> inertia.
     pure function field_density(material, section) result(density)
         type(material_t), intent(in) :: material
         type(section_t), intent(in) :: section
         real(wp) :: density(n_fields)
 
-        density = material%rho*[section%area(), section%area(), section%second_moment(), section%second_moment(), &
-                                section%fourth_moment()]
+        density = material%rho*[section%area(), section%area(), section%second_moment(), &
+            section%second_moment(), section%fourth_moment()]
         if (section%inertia == inertia_translational) density(3:5) = 0.0_wp
     end function field_density
 
@@ -223,8 +227,8 @@ contains
         do e = 1, self%n_elements
             associate (t => self%tables(self%table(e)), first => self%first(e), half => self%half_length(e))
                 m = n_fields*t%nodes
-                call element_tangent(t%nodes, t%points, t%n, t%d/half, t%w*half, self%sections(self%kind(e)), &
-                                     u(first + 1:first + m), f, block, admissible)
+                call element_tangent(t%nodes, t%points, t%n, t%d/half, t%w*half, &
+                    self%sections(self%kind(e)), u(first + 1:first + m), f, block, admissible)
                 if (.not. admissible) return
                 force(first + 1:first + m) = force(first + 1:first + m) + f(:m)
                 call k%add_block(first, m, block)
@@ -232,7 +236,8 @@ contains
         end do
     end subroutine tangent
 
-    !> Internal force averaged between the states u0 and u, and its tangent in u (gb_section_average); rule gauss only.
+    !> Internal force averaged between the states u0 and u, and its tangent in u (gb_section_average); rule
+    !> gauss only.
     pure subroutine average_tangent(self, u0, u, force, k, admissible)
         class(system_t), intent(in) :: self
         real(wp), intent(in) :: u0(self%n), u(self%n)
@@ -247,8 +252,9 @@ contains
         do e = 1, self%n_elements
             associate (t => self%tables(self%table(e)), first => self%first(e), half => self%half_length(e))
                 m = n_fields*t%nodes
-                call element_average_tangent(t%nodes, t%points, t%n, t%d/half, t%w*half, self%sections(self%kind(e)), &
-                                             u0(first + 1:first + m), u(first + 1:first + m), f, block, admissible)
+                call element_average_tangent(t%nodes, t%points, t%n, t%d/half, t%w*half, &
+                    self%sections(self%kind(e)), u0(first + 1:first + m), u(first + 1:first + m), f, block, &
+                    admissible)
                 if (.not. admissible) return
                 force(first + 1:first + m) = force(first + 1:first + m) + f(:m)
                 call k%add_block(first, m, block)
@@ -273,8 +279,9 @@ contains
             if (.not. self%has_full_inertia(e)) cycle
             associate (t => self%tables(exact_table(self, e)), first => self%first(e))
                 m = n_fields*t%nodes
-                call element_inertia(t%nodes, t%points, t%n, t%w*self%half_length(e), self%mass_moments(:, self%kind(e)), &
-                                     u(first + 1:first + m), v(first + 1:first + m), a(first + 1:first + m), factors, f, block)
+                call element_inertia(t%nodes, t%points, t%n, t%w*self%half_length(e), self%mass_moments(:, &
+                    self%kind(e)), u(first + 1:first + m), v(first + 1:first + m), a(first + 1:first + m), &
+                    factors, f, block)
                 force(first + 1:first + m) = force(first + 1:first + m) + f(:m)
                 call k%add_block(first, m, block)
             end associate
@@ -312,8 +319,8 @@ contains
         call self%mass%multiply(ones, lumped)
     end function lumped_mass
 
-    !> A lower bound of the explicit scheme's stable step 2/omega_max at the state u [T]: no frequency of the whole is higher
-    !> than the highest of an element by itself, with lumped mass.
+    !> A lower bound of the explicit scheme's stable step 2/omega_max at the state u [T]: no frequency of the
+    !> whole is higher than the highest of an element by itself, with lumped mass.
     subroutine stable_step(self, u, step)
         class(system_t), intent(in) :: self
         real(wp), intent(in) :: u(self%n)
@@ -328,8 +335,8 @@ contains
         do e = 1, self%n_elements
             associate (t => self%tables(self%table(e)), first => self%first(e), half => self%half_length(e))
                 m = n_fields*t%nodes
-                call element_tangent(t%nodes, t%points, t%n, t%d/half, t%w*half, self%sections(self%kind(e)), &
-                                     u(first + 1:first + m), f, block, admissible)
+                call element_tangent(t%nodes, t%points, t%n, t%d/half, t%w*half, &
+                    self%sections(self%kind(e)), u(first + 1:first + m), f, block, admissible)
             end associate
             associate (t => self%tables(exact_table(self, e)), moments => self%mass_moments(:, self%kind(e)))
                 do i = 1, t%nodes
@@ -359,14 +366,15 @@ contains
             if (.not. self%has_full_inertia(e)) cycle
             associate (t => self%tables(exact_table(self, e)), first => self%first(e))
                 m = n_fields*t%nodes
-                kinetic_energy = kinetic_energy + element_kinetic_energy(t%nodes, t%points, t%n, t%w*self%half_length(e), &
-                    self%mass_moments(:, self%kind(e)), u(first + 1:first + m), v(first + 1:first + m))
+                kinetic_energy = kinetic_energy + element_kinetic_energy(t%nodes, t%points, t%n, &
+                    t%w*self%half_length(e), self%mass_moments(:, self%kind(e)), u(first + 1:first + m), &
+                    v(first + 1:first + m))
             end associate
         end do
     end function kinetic_energy
 
-    !> The point of the state u that is farthest into, or nearest to, the inadmissible: smallest J if some J is not
-    !> positive, else largest (I1-2)/jm, else smallest J.
+    !> The point of the state u that is farthest into, or nearest to, the inadmissible: smallest J if some J
+    !> is not positive, else largest (I1-2)/jm, else smallest J.
     pure function worst_point(self, u) result(worst)
         class(system_t), intent(in) :: self
         real(wp), intent(in) :: u(self%n)
@@ -376,18 +384,20 @@ contains
 
         worst_badness = -huge(1.0_wp)
         do e = 1, self%n_elements
-            associate (t => self%tables(self%table(e)), first => self%first(e), part => self%sections(self%kind(e)))
+            associate (t => self%tables(self%table(e)), first => self%first(e), &
+                part => self%sections(self%kind(e)))
                 nz = merge(part%nz, 1, part%rule == rule_gauss)
                 do i = 1, t%points
                     g = element_strains(t%nodes, t%n(:, i), t%d(:, i)/self%half_length(e), &
                                         reshape(u(first + 1:first + n_fields*t%nodes), [n_fields, t%nodes]))
                     do k = 1, nz
-                        call gauss_invariants(merge(part%z(k), 0.0_wp, part%rule == rule_gauss), g, i1_minus_2, j)
+                        call gauss_invariants(merge(part%z(k), 0.0_wp, part%rule == rule_gauss), g, &
+                            i1_minus_2, j)
                         badness = max(i1_minus_2*part%p(4), 1.0_wp - j)
                         if (.not. badness <= worst_badness) then
                             worst_badness = badness
-                            worst = worst_point_t(e, i, merge(part%z(k), 0.0_wp, part%rule == rule_gauss), i1_minus_2, j, &
-                                                  unlimited_jm)
+                            worst = worst_point_t(e, i, merge(part%z(k), 0.0_wp, part%rule == rule_gauss), &
+                                i1_minus_2, j, unlimited_jm)
                             if (part%p(4) > 0.0_wp) worst%jm = 1.0_wp/part%p(4)
                         end if
                     end do

@@ -1,5 +1,5 @@
-!> TRANSIENT: steps of fixed size, or of a size that keeps the local error below `accuracy`. Both end on every jump or
-!> corner of a history; a step that fails is repeated in smaller parts.
+!> TRANSIENT: steps of fixed size, or of a size that keeps the local error below `accuracy`. Both end on every
+!> jump or corner of a history; a step that fails is repeated in smaller parts.
 module gb_transient
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_solution
@@ -24,14 +24,15 @@ module gb_transient
     !> The explicit scheme stays this far below its limit, which is computed anew every so many steps.
     real(wp), parameter :: explicit_safety = 0.9_wp
     integer, parameter :: explicit_interval = 10
-    !> Adaptive steps: first step and smallest step as parts of the duration, and how a step may change at once.
+    !> Adaptive steps: first step and smallest step as parts of the duration, and how a step may change at
+    !> once.
     real(wp), parameter :: first_part = 1.0e-4_wp, smallest_part = 1.0e-12_wp
     real(wp), parameter :: safety = 0.9_wp, least_growth = 0.2_wp, most_growth = 3.0_wp
 
 contains
 
-    !> Integrate from rest or from the state's velocities over task%end_time; every step is told to the recorder.
-    !> On failure the state is that of the last step solved.
+    !> Integrate from rest or from the state's velocities over task%end_time; every step is told to the
+    !> recorder. On failure the state is that of the last step solved.
     subroutine run_transient(system, external, mesh, task, state, recorder, error)
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
@@ -54,7 +55,8 @@ contains
         if (task%step > 0.0_wp) then
             call take_fixed_steps(stepper, system, external, mesh, task, events, state, step, recorder, error)
         else
-            call take_adaptive_steps(stepper, system, external, mesh, task, events, state, step, recorder, error)
+            call take_adaptive_steps(stepper, system, external, mesh, task, events, state, step, recorder, &
+                error)
         end if
     end subroutine run_transient
 
@@ -109,7 +111,8 @@ contains
                 limit = explicit_safety*limit
             end if
             call next_instant(task, events, from, grid, target, step%on_grid, at_event)
-            call walk(stepper, system, external, mesh, from, target, limit, at_event, parts, state, step, error)
+            call walk(stepper, system, external, mesh, from, target, limit, at_event, parts, state, step, &
+                error)
             if (allocated(error)) then
                 error%message = 'TRANSIENT: step ' // to_text(step%number + 1) // error%message
                 return
@@ -120,7 +123,8 @@ contains
         end do
     end subroutine take_fixed_steps
 
-    !> Where the step that starts at `from` ends: on the next multiple of the step, on an event, or at the end.
+    !> Where the step that starts at `from` ends: on the next multiple of the step, on an event, or at the
+    !> end.
     pure subroutine next_instant(task, events, from, grid, target, on_grid, at_event)
         type(task_t), intent(in) :: task
         real(wp), intent(in) :: events(:)           !! increasing [T]
@@ -189,8 +193,9 @@ contains
             part = parts%next_end()
             until = merge(target, from + (target - from)*part, part >= 1.0_wp)
             if (parts%level > parts%max_level) then
-                call raise(error, status_solution, ': the explicit scheme is stable up to a step of ' // to_text(limit) // &
-                           ' here, more than ' // to_text(parts%max_level) // ' halvings (cuts=) below step=')
+                call raise(error, status_solution, ': the explicit scheme is stable up to a step of ' &
+                    // to_text(limit) // ' here, more than ' // to_text(parts%max_level) &
+                    // ' halvings (cuts=) below step=')
                 return
             end if
             call stepper%propose(system, external, state, until, is_solved, error)
@@ -202,10 +207,10 @@ contains
                 step%cuts = step%cuts + 1
                 call parts%reject(exhausted)
                 if (.not. exhausted) cycle
-                call raise(error, status_solution, ' failed from t = ' // to_text(state%time) // ' to ' // to_text(until) &
-                           // ' after ' // to_text(parts%max_level) // ' cuts: ' &
-                           // failure_reason(system, stepper%report, stepper%trial%u, mesh%x) &
-                           // '. Try a smaller step=, or a scheme that damps (bathe) or conserves (energy)')
+                call raise(error, status_solution, ' failed from t = ' // to_text(state%time) // ' to ' &
+                    // to_text(until) // ' after ' // to_text(parts%max_level) // ' cuts: ' &
+                    // failure_reason(system, stepper%report, stepper%trial%u, mesh%x) &
+                    // '. Try a smaller step=, or a scheme that damps (bathe) or conserves (energy)')
                 return
             end if
             call stepper%commit(system, external, at_event .and. part >= 1.0_wp, state, error)
@@ -214,10 +219,12 @@ contains
         end do
     end subroutine walk
 
-    !> Steps whose local error, relative to the largest displacement so far, stays below task%accuracy. The error of two
-    !> half steps is estimated from the difference to one whole step (a third of it, for schemes of second order), and a
-    !> proportional-integral controller chooses the next step. The half steps are what is kept.
-    subroutine take_adaptive_steps(stepper, system, external, mesh, task, events, state, step, recorder, error)
+    !> Steps whose local error, relative to the largest displacement so far, stays below task%accuracy. The
+    !> error of two half steps is estimated from the difference to one whole step (a third of it, for schemes
+    !> of second order), and a proportional-integral controller chooses the next step. The half steps are what
+    !> is kept.
+    subroutine take_adaptive_steps(stepper, system, external, mesh, task, events, state, step, recorder, &
+        error)
         type(stepper_t), intent(inout) :: stepper
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
@@ -250,7 +257,8 @@ contains
                     at_event = .false.
                 end if
                 call stepper%remember(state)
-                call try_step(stepper, system, external, size, target, at_event, state, largest, misfit, is_solved, error)
+                call try_step(stepper, system, external, size, target, at_event, state, largest, misfit, &
+                    is_solved, error)
                 if (allocated(error)) return
                 misfit = misfit/task%accuracy
                 if (is_solved .and. misfit <= 1.0_wp) exit
@@ -263,8 +271,9 @@ contains
                 end if
                 if (dt < smallest_part*task%end_time) then
                     call raise(error, status_solution, 'TRANSIENT: step ' // to_text(step%number + 1) // &
-                               ': no step from t = ' // to_text(state%time) // ' keeps accuracy=' // to_text(task%accuracy) // &
-                               '; ' // failure_reason(system, stepper%report, stepper%trial%u, mesh%x))
+                               ': no step from t = ' // to_text(state%time) // ' keeps accuracy=' &
+                               // to_text(task%accuracy) // '; ' // failure_reason(system, stepper%report, &
+                               stepper%trial%u, mesh%x))
                     return
                 end if
             end do
@@ -278,9 +287,10 @@ contains
         end do
     end subroutine take_adaptive_steps
 
-    !> One whole step for comparison, then two half steps that are committed. misfit is the estimated error of the half
-    !> steps' displacements over `largest`, the largest displacement so far.
-    subroutine try_step(stepper, system, external, size, target, at_event, state, largest, misfit, is_solved, error)
+    !> One whole step for comparison, then two half steps that are committed. misfit is the estimated error of
+    !> the half steps' displacements over `largest`, the largest displacement so far.
+    subroutine try_step(stepper, system, external, size, target, at_event, state, largest, misfit, &
+        is_solved, error)
         type(stepper_t), intent(inout) :: stepper
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external

@@ -158,7 +158,7 @@ def check_generated(program, results):
     bad("an escape sequence", replaced(b"x=0", "x=0\u009b31m".encode()), "<stdin>:6:10: error: unexpected '?' in an")
     check_text(program, results, "only line feeds", b"\n" * 1_000_000, "<stdin>:1:1: error: the deck is empty")
     bad("only continuations", b"&\n" * 100_000, "<stdin>:100000:1: error: the deck ends where '&' says")
-    bad("more than 64 MB", b" " * (65 * 1024 * 1024), "gentbeam: standard input is larger than 64 MB")
+    bad("more than 64 MB", b" " * (65 * 1024 * 1024), "gentbeam: error: standard input is larger than 64 MB")
 
 
 def check_overrides(program, results):

@@ -1,5 +1,5 @@
-!> An independent statement of the element for the tests: the formulas of the theory with 2x2 matrices in complex
-!> arithmetic, so that the imaginary part of f(x + ih)/h is a derivative without cancellation.
+!> An independent statement of the element for the tests: the formulas of the theory with 2x2 matrices in
+!> complex arithmetic, so that the imaginary part of f(x + ih)/h is a derivative without cancellation.
 !> Generalised strains in the order of the program: (u1', u3', y1', y3', xi', y1, y3, xi).
 module complex_reference
     use gb_kinds, only: wp
@@ -136,7 +136,8 @@ contains
         type(specimen_t), intent(in) :: s
         complex(wp), intent(in) :: g(8)
         complex(wp) :: work(8)
-        complex(wp) :: f0(2, 2), f1(2, 2), df0(2, 2), df1(2, 2), c0(2, 2), c1(2, 2), ci(2, 2), s0(2, 2), s1(2, 2)
+        complex(wp) :: f0(2, 2), f1(2, 2), df0(2, 2), df1(2, 2), c0(2, 2), c1(2, 2), ci(2, 2), s0(2, 2), &
+            s1(2, 2)
         complex(wp) :: t, j0, j1, a, da, b, power
         complex(wp) :: identity(2, 2)
         integer :: k

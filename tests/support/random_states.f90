@@ -53,7 +53,8 @@ contains
         s%wz = 0.5_wp*s%b*s%h*s%wz
     end function random_specimen
 
-    !> Generalised strains of size 0.5 turned by a random angle, shrunk until they are well inside the admissible set.
+    !> Generalised strains of size 0.5 turned by a random angle, shrunk until they are well inside the
+    !> admissible set.
     function random_strains(random, s) result(g)
         class(random_t), intent(inout) :: random
         type(specimen_t), intent(in) :: s
@@ -96,7 +97,8 @@ contains
 
         is_inside = .true.
         do i = 0, size(s%z)
-            call invariants(deformation_gradient(cmplx(g, 0.0_wp, wp), merge(0.0_wp, s%z(max(1, i)), i == 0)), t, j)
+            call invariants(deformation_gradient(cmplx(g, 0.0_wp, wp), merge(0.0_wp, s%z(max(1, i)), &
+                i == 0)), t, j)
             is_inside = is_inside .and. real(j) > 0.2_wp .and. real(t) < 0.95_wp*s%jm
         end do
     end function is_inside
