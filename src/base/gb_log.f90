@@ -1,21 +1,13 @@
 !> The log on standard output and the progress bar on standard error.
 module gb_log
-    use, intrinsic :: iso_c_binding, only: c_int
     use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
     use gb_kinds, only: wp, i8
+    use gb_posix, only: standard_error_is_terminal
     use gb_text, only: to_text
     implicit none
     private
 
     integer, parameter, public :: log_quiet = 0, log_normal = 1, log_verbose = 2
-
-    interface
-        function c_isatty(descriptor) bind(c, name="isatty") result(answer)
-            import :: c_int
-            integer(c_int), value, intent(in) :: descriptor
-            integer(c_int) :: answer
-        end function c_isatty
-    end interface
 
     type, public :: log_t
         integer :: level = log_normal
@@ -75,7 +67,7 @@ contains
         call system_clock(count, rate)
         if (real(count - self%bar_last, wp) < bar_seconds*real(rate, wp)) return
         self%bar_last = count
-        if (c_isatty(2_c_int) == 0) return
+        if (.not. standard_error_is_terminal()) return
         filled = nint(done*real(bar_width, wp))
         write (error_unit, '(a)', advance='no', iostat=info) achar(13) // '  [' // repeat('#', filled) // &
             repeat('.', bar_width - filled) // '] ' // to_text(nint(100.0_wp*done)) // ' %, ' // &

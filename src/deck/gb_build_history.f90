@@ -1,7 +1,7 @@
 !> Load histories of the deck, and the two-column tables they may come from.
 module gb_build_history
     use gb_command, only: command_t
-    use gb_diagnostics, only: diagnostics_t, quoted
+    use gb_diagnostics, only: diagnostics_t
     use gb_draft, only: draft_t, resize, space_history
     use gb_error, only: error_t
     use gb_history, only: history_t, history_step, history_ramp, history_pulse, history_sine, &
@@ -156,7 +156,7 @@ contains
             first = last + 2
         end do
         if (n == 0) then
-            call diagnostics%add(command%place('file'), quoted(path) // ' holds no numbers')
+            call diagnostics%add(command%place('file'), path // ' holds no numbers')
             return
         end if
         history%t = columns(1, :n)

@@ -6,7 +6,7 @@ module gb_build_model
     use gb_kinds, only: wp
     use gb_mesh, only: line_t
     use gb_section, only: material_t, section_t, rule_gauss, rule_linear, inertia_diagonal, &
-        inertia_translational, unlimited_jm
+        inertia_translational, inertia_full, unlimited_jm
     use gb_text, only: to_text
     implicit none
     private
@@ -118,6 +118,7 @@ contains
         if (command%text('rule') == 'linear') section%rule = rule_linear
         section%inertia = inertia_diagonal
         if (command%text('inertia') == 'translational') section%inertia = inertia_translational
+        if (command%text('inertia') == 'full') section%inertia = inertia_full
         if (command%given('points') .and. section%rule /= rule_gauss) then
             call diagnostics%add(command%values(command%value_of('points'))%key_at, &
                 "'points' goes with rule=gauss")

@@ -9,7 +9,7 @@ module gb_build_tasks
     use gb_parser, only: name_rule
     use gb_problem, only: probe_t, task_t, task_static, task_modal, task_transient, quantity_displacement, &
         quantity_velocity, quantity_acceleration
-    use gb_section, only: inertia_translational
+    use gb_section, only: rule_linear, inertia_diagonal, inertia_translational, inertia_full
     use gb_text, only: lower_case, to_text
     implicit none
     private
@@ -101,7 +101,7 @@ contains
             case ('MODAL')
                 call read_modal(command, draft, task, diagnostics)
             case default
-                call read_transient(command, task, diagnostics)
+                call read_transient(command, draft, task, diagnostics)
             end select
         end if
         call draft%define(space_task, command, diagnostics, number)
@@ -202,8 +202,9 @@ contains
         n = count(.not. fixed(1:2, :)) + count(.not. fixed(3:5, :) .and. spread(massive, 1, 3))
     end function count_moving
 
-    subroutine read_transient(command, task, diagnostics)
+    subroutine read_transient(command, draft, task, diagnostics)
         type(command_t), intent(inout) :: command
+        type(draft_t), intent(in) :: draft
         type(task_t), intent(inout) :: task
         type(diagnostics_t), intent(inout) :: diagnostics
 
@@ -223,7 +224,45 @@ contains
             task%rho = command%number('rho')
         end select
         call check_step(command, task, diagnostics)
+        if (draft%has_mesh) call check_scheme(command, draft, task, diagnostics)
     end subroutine read_transient
+
+    !> The energy-momentum scheme needs a stored energy and a constant mass, the explicit one a mass in every field.
+    subroutine check_scheme(command, draft, task, diagnostics)
+        type(command_t), intent(inout) :: command
+        type(draft_t), intent(in) :: draft
+        type(task_t), intent(in) :: task
+        type(diagnostics_t), intent(inout) :: diagnostics
+        character(:), allocatable :: trouble, remedy
+
+        trouble = ''
+        remedy = ''
+        associate (model => draft%problem%model)
+            associate (used => model%sections(model%mesh%section))
+                select case (task%scheme)
+                case ('energy')
+                    if (any(used%rule == rule_linear)) then
+                        trouble = 'TRANSIENT energy needs a section with a stored energy, and rule=linear has none'
+                        remedy = 'use rule=gauss'
+                    else if (any(used%inertia == inertia_full)) then
+                        trouble = 'TRANSIENT energy needs a constant mass, and inertia=full has none'
+                        remedy = 'use inertia=diagonal or inertia=translational'
+                    end if
+                case ('central')
+                    if (any(used%inertia /= inertia_diagonal)) then
+                        trouble = 'TRANSIENT central needs a constant mass in every field'
+                        remedy = 'use inertia=diagonal'
+                    else if (command%given('accuracy')) then
+                        trouble = 'TRANSIENT central has fixed steps, kept below its limit of stability'
+                        remedy = 'give step='
+                    end if
+                end select
+            end associate
+        end associate
+        if (len(trouble) == 0) return
+        call diagnostics%add(command%at, trouble, hint=remedy)
+        command%sound = .false.
+    end subroutine check_scheme
 
     subroutine check_step(command, task, diagnostics)
         type(command_t), intent(inout) :: command

@@ -94,7 +94,7 @@ contains
                           'Gauss points through the thickness (rule=gauss)')
         call real_number(table, 'tolerance', '1e-3', inside(0.0_wp, 1.0_wp), 'error aimed at (rule=auto)')
         call choice(table, 'inertia', 'diagonal', 'full diagonal translational', &
-                    'terms of the kinetic energy that are kept', coming='full')
+                    'terms of the kinetic energy that are kept')
         call table%add_form(form_t(command='LINE', description= &
                                    'A stretch of beam along X1, cut into elements. LINEs join end to end.'))
         call real_number(table, 'from', required, range_t(), 'left end [length]')
@@ -119,7 +119,7 @@ contains
         call table%add_form(form_t(command='FIX', words=fields, most_words=5, &
                                    description='Fixes the fields named at a node.'))
         call add_place(table)
-        call table%add_form(form_t(command='PRESCRIBE', available=.false., &
+        call table%add_form(form_t(command='PRESCRIBE', &
                                    description='Drives fields at a node: value times history.'))
         call add_place(table)
         call real_number(table, 'u1', one_of, range_t(), 'displacement along X1 [length]')
@@ -186,24 +186,24 @@ contains
         call table%add_form(form_t(command='HISTORY', variant='step', named=.true., &
                                    description='Factor 0 before the start, 1 from then on.'))
         call real_number(table, 'start', '0', range_t(), 'first instant at 1 [time]')
-        call table%add_form(form_t(command='HISTORY', variant='ramp', named=.true., available=.false., &
+        call table%add_form(form_t(command='HISTORY', variant='ramp', named=.true., &
                                    description='Linear from 0 to 1, then 1.'))
         call real_number(table, 'rise', required, above(0.0_wp), 'time from 0 to 1 [time]')
         call real_number(table, 'start', '0', range_t(), 'where the rise starts [time]')
-        call table%add_form(form_t(command='HISTORY', variant='pulse', named=.true., available=.false., &
+        call table%add_form(form_t(command='HISTORY', variant='pulse', named=.true., &
                                    description='1 from start to stop, else 0.'))
         call real_number(table, 'start', '0', range_t(), 'first instant at 1 [time]')
         call real_number(table, 'stop', required, range_t(), 'last instant at 1 [time]')
-        call table%add_form(form_t(command='HISTORY', variant='sine', named=.true., available=.false., &
+        call table%add_form(form_t(command='HISTORY', variant='sine', named=.true., &
                                    description='sin(2 pi frequency t + phase).'))
         call real_number(table, 'frequency', required, above(0.0_wp), 'cycles per time [1/time]')
         call real_number(table, 'phase', '0', range_t(), 'phase at t = 0 [rad]')
-        call table%add_form(form_t(command='HISTORY', variant='table', named=.true., available=.false., &
+        call table%add_form(form_t(command='HISTORY', variant='table', named=.true., &
             description='Linear between given points, held outside: t= and f=, or file=.'))
         call reals(table, 't', 'increasing times [time]')
         call reals(table, 'f', 'factors at these times')
         call text(table, 'file', '', 'text file of two columns, t and f')
-        call table%add_form(form_t(command='HISTORY', variant='formula', named=.true., available=.false., &
+        call table%add_form(form_t(command='HISTORY', variant='formula', named=.true., &
                                    description='Any function of time.'))
         call formula(table, 'f', 't', required, 'factor, an expression of t')
     end subroutine add_histories
@@ -213,7 +213,7 @@ contains
 
         call add_initial(table, 'displacement', 'Displacements at the start, as functions of x.', '[length]')
         call add_initial(table, 'velocity', 'Velocities at the start, as functions of x.', '[length/time]')
-        call table%add_form(form_t(command='DAMPING', once=.true., available=.false., &
+        call table%add_form(form_t(command='DAMPING', once=.true., &
                                    description='Rayleigh damping, C = mass M + stiffness K(initial).'))
         call real_number(table, 'mass', '0', at_least(0.0_wp), 'factor of the mass [1/time]')
         call real_number(table, 'stiffness', '0', at_least(0.0_wp), 'factor of the initial stiffness [time]')
@@ -223,7 +223,7 @@ contains
         type(schema_t), intent(inout) :: table
         character(*), intent(in) :: variant, description, unit
 
-        call table%add_form(form_t(command='INITIAL', variant=variant, available=.false., &
+        call table%add_form(form_t(command='INITIAL', variant=variant, &
             description=description))
         call formula(table, 'u1', 'x', one_of, 'of u1 ' // unit)
         call formula(table, 'u3', 'x', one_of, 'of u3 ' // unit)
@@ -299,20 +299,20 @@ contains
             'of the displacements')
         call real_number(table, 'gamma', '0.5', between(0.0_wp, 1.0_wp), 'of the velocities')
         call add_steps(table)
-        call open_transient(table, 'hht', .false., 'Hilber, Hughes and Taylor.')
+        call open_transient(table, 'hht', .true., 'Hilber, Hughes and Taylor.')
         call real_number(table, 'alpha', '-0.05', between(-1.0_wp/3.0_wp, 0.0_wp), &
             'damping, from -1/3 to 0 (none)')
         call add_steps(table)
-        call open_transient(table, 'generalized', .false., 'Generalized alpha (Chung and Hulbert).')
+        call open_transient(table, 'generalized', .true., 'Generalized alpha (Chung and Hulbert).')
         call real_number(table, 'rho', '0.8', between(0.0_wp, 1.0_wp), &
             'spectral radius at infinite frequency')
         call add_steps(table)
-        call open_transient(table, 'bathe', .false., 'Two sub-steps: trapezoidal, then backward.')
+        call open_transient(table, 'bathe', .true., 'Two sub-steps: trapezoidal, then backward.')
         call real_number(table, 'rho', '0', between(0.0_wp, 1.0_wp), 'spectral radius at infinite frequency')
         call add_steps(table)
-        call open_transient(table, 'energy', .false., 'Conserves energy and momentum.')
+        call open_transient(table, 'energy', .true., 'Conserves energy and momentum.')
         call add_steps(table)
-        call open_transient(table, 'central', .false., 'Explicit central difference.')
+        call open_transient(table, 'central', .true., 'Explicit central difference.')
         call add_steps(table)
         call open_transient(table, 'auto', .false., 'Mesh, rules, scheme and step chosen by the program.')
         call add_accuracy(table)
@@ -334,7 +334,7 @@ contains
         call real_number(table, 'end', required, above(0.0_wp), 'time from the start of this command [time]')
         call real_number(table, 'step', one_of, above(0.0_wp), 'time step [time]')
         call table%add_key(key_t(name='accuracy', one_of=.true., range=inside(0.0_wp, 1.0_wp), &
-            available=.false., description='relative local error of adaptive steps'))
+            description='relative local error of adaptive steps'))
         call add_newton(table, 'transient')
     end subroutine add_steps
 

@@ -10,6 +10,8 @@ module gb_keywords
 
     public :: print_keywords
 
+    integer, parameter :: width = 100, margin = 4       !! of the plain text
+
 contains
 
     !> Write the reference to an open unit.
@@ -41,28 +43,50 @@ contains
         integer :: i
 
         write (unit, '(/,a)') usage(table%forms(form))
-        write (unit, '(4x,a)') trim(table%forms(form)%description) // pending(table%forms(form)%available)
+        call print_wrapped(unit, repeat(' ', margin), trim(table%forms(form)%description) // &
+            pending(table%forms(form)%available))
         do i = table%forms(form)%first_key, table%forms(form)%last_key
-            if (first_form_with(table, form, i) == form) write (unit, '(4x,a,1x,a)') label(table%keys(i)), &
-                remark(table%keys(i))
+            if (first_form_with(table, form, i) == form) &
+                call print_wrapped(unit, repeat(' ', margin) // label(table%keys(i)), remark(table%keys(i)))
         end do
-        if (len(shared_keys(table, form, '')) > 0) write (unit, '(4x,a)') shared_keys(table, form, '')
+        if (len(shared_keys(table, form, '')) > 0) &
+            call print_wrapped(unit, repeat(' ', margin), shared_keys(table, form, ''))
     end subroutine print_form
+
+    !> Text behind a heading, broken between words; further lines are indented as far as the heading is long.
+    subroutine print_wrapped(unit, heading, text)
+        integer, intent(in) :: unit
+        character(*), intent(in) :: heading, text
+        integer :: first, last
+
+        first = 1
+        do while (first <= len(text))
+            last = len(text)
+            if (len(heading) + last - first + 1 > width) &
+                last = first - 1 + index(text(first:first + width - len(heading)), ' ', back=.true.)
+            if (last < first) last = len(text)
+            if (first == 1) then
+                write (unit, '(a)') heading // trim(text(:last))
+            else
+                write (unit, '(a)') repeat(' ', len(heading)) // trim(text(first:last))
+            end if
+            first = last + 1
+        end do
+    end subroutine print_wrapped
 
     subroutine print_section(unit, table, form)
         integer, intent(in) :: unit
         type(schema_t), intent(in) :: table
         integer, intent(in) :: form
+        logical :: own
         integer :: i
 
         write (unit, '(a,/)') '### `' // usage(table%forms(form)) // '`'
         write (unit, '(a,/)') trim(table%forms(form)%description) // pending(table%forms(form)%available)
         if (table%forms(form)%last_key < table%forms(form)%first_key) return
-        if (any([(first_form_with(table, form, i) == form, i=table%forms(form)%first_key, &
-                  table%forms(form)%last_key)])) then
-            write (unit, '(a)') '| key | default | takes | meaning |'
-            write (unit, '(a)') '|---|---|---|---|'
-        end if
+        own = any([(first_form_with(table, form, i) == form, i=table%forms(form)%first_key, &
+                    table%forms(form)%last_key)])
+        if (own) write (unit, '(a)') '| key | default | takes | meaning |', '|---|---|---|---|'
         do i = table%forms(form)%first_key, table%forms(form)%last_key
             if (first_form_with(table, form, i) /= form) cycle
             associate (key => table%keys(i))
@@ -70,7 +94,7 @@ contains
                     takes(key) // ' | ' // trim(key%description) // waiting(key) // ' |'
             end associate
         end do
-        write (unit, '(a)') ''
+        if (own) write (unit, '(a)') ''
         if (len(shared_keys(table, form, '`')) > 0) write (unit, '(a,/)') shared_keys(table, form, '`')
     end subroutine print_section
 
@@ -137,7 +161,7 @@ contains
     !> Name and mark of a key, in a column.
     pure function label(key) result(column)
         type(key_t), intent(in) :: key
-        character(max_keyword + 1) :: column
+        character(max_keyword) :: column
 
         column = trim(key%name)
         if (key%required) column = trim(column) // '*'

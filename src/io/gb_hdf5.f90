@@ -1,7 +1,7 @@
 !> A thin layer over HDF5: groups, attributes, whole arrays, and series that grow row by row. Every call
 !> checks HDF5's answer; the first one that fails is reported as an error_t with exit status 3.
 module gb_hdf5
-    use, intrinsic :: iso_c_binding, only: c_char, c_int8_t, c_loc, c_null_char, c_ptr
+    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int8_t, c_loc, c_null_char, c_ptr
     use hdf5, only: hid_t, hsize_t, h5open_f, h5eset_auto_f, h5fcreate_f, h5fflush_f, h5fclose_f, &
         h5gcreate_f, h5gclose_f, h5screate_f, h5screate_simple_f, h5sclose_f, h5sselect_hyperslab_f, &
         h5tcopy_f, h5tset_cset_f, h5tclose_f, h5acreate_f, h5aopen_f, h5awrite_f, h5aclose_f, h5dcreate_f, &
@@ -42,6 +42,15 @@ module gb_hdf5
         procedure :: close => close_series
     end type series_t
 
+    interface
+        !> Keep HDF5 from tidying up at the end of the program: after a disk has run full it would crash there.
+        !> Whatever went well has been closed by then.
+        function h5_dont_atexit() bind(c, name="H5dont_atexit") result(info)
+            import :: c_int
+            integer(c_int) :: info
+        end function h5_dont_atexit
+    end interface
+
     integer, parameter :: buffer_reals = 32768          !! numbers a series holds back at most
 
 contains
@@ -55,6 +64,7 @@ contains
         integer :: info
 
         file = -1
+        info = int(h5_dont_atexit())
         call h5open_f(info)
         call h5eset_auto_f(0, info)
         call h5fcreate_f(path, h5f_acc_trunc_f, file, info)

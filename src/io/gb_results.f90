@@ -2,6 +2,7 @@
 module gb_results
     use gb_kinds, only: wp, i8
     use gb_error, only: error_t, raise, status_file
+    use gb_posix, only: try_to_write
     use gb_text, only: to_text
     use gb_results_header, only: write_header, write_units, write_mesh
     use gb_fields, only: n_fields, field_names, field_length_power
@@ -119,31 +120,17 @@ contains
         if (mark > 0) reason = trim(message(mark + 3:))
     end function system_reason
 
-    !> Turn HDF5's failure into a sentence with the file's name and, where the disk tells one, the reason: a
-    !> write beside the file meets the same trouble and names it.
+    !> Turn HDF5's failure into a sentence with the file's name and the system's reason: a write beside the file
+    !> meets the same trouble and is told why.
     subroutine fail(self, error)
         class(results_t), intent(inout) :: self
         type(error_t), allocatable, intent(inout) :: error
-        character(256) :: reason
-        character(:), allocatable :: text
-        character(65536) :: block
-        integer :: unit, info, k
+        integer, parameter :: telling_size = 1048576
+        character(:), allocatable :: reason
 
-        text = error%message
-        block = ''
-        open (newunit=unit, file=self%path // '.probe', access='stream', action='write', status='replace', &
-            iostat=info, iomsg=reason)
-        if (info == 0) then
-            do k = 1, 16
-                write (unit, iostat=info, iomsg=reason) block
-                if (info /= 0) exit
-                flush (unit, iostat=info, iomsg=reason)
-                if (info /= 0) exit
-            end do
-            close (unit, status='delete', iostat=k)
-        end if
-        if (info /= 0) text = system_reason(reason)
-        call raise(error, status_file, 'cannot write the results file ' // self%path // ': ' // text)
+        reason = try_to_write(self%path // '.probe', telling_size)
+        if (len(reason) == 0) reason = error%message
+        call raise(error, status_file, 'cannot write the results file ' // self%path // ': ' // reason)
     end subroutine fail
 
     !> Open a solution command's group and its series.

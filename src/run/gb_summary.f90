@@ -2,7 +2,7 @@
 module gb_summary
     use gb_text, only: to_text
     use gb_fields, only: n_fields, field_names
-    use gb_section, only: material_t, section_t, rule_gauss, inertia_translational, unlimited_jm
+    use gb_section, only: material_t, section_t, rule_gauss, unlimited_jm
     use gb_model, only: model_t
     use gb_problem, only: problem_t
     use gb_log, only: log_t
@@ -11,6 +11,8 @@ module gb_summary
     private
 
     public :: print_summary
+
+    character(13), parameter :: inertia_words(3) = [character(13) :: 'diagonal', 'translational', 'full']
 
 contains
 
@@ -74,8 +76,7 @@ contains
         else
             text = text // 'linear (does not conserve energy exactly)'
         end if
-        text = text // ', inertia ' // trim(merge('translational', 'diagonal     ', &
-            section%inertia == inertia_translational))
+        text = text // ', inertia ' // trim(inertia_words(section%inertia))
     end function section_words
 
     subroutine print_supports(model, log)

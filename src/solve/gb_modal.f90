@@ -60,7 +60,6 @@ contains
         if (i > count) call recorder%note('MODAL: ' // to_text(i) &
             // ' modes lie at or below the last of the ' // to_text(count) // ' found; ask for count=' &
             // to_text(i))
-        where (abs(lambda) <= 1.0e-9_wp*abs(shift)) lambda = 0.0_wp     ! a rigid motion, to round-off
         if (any(lambda < 0.0_wp)) then
             call recorder%note('MODAL: the state is unstable; modes that grow have a negative frequency')
         end if
@@ -112,7 +111,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         integer :: trial
 
-        shift = -1.0e-3_wp*scale
+        shift = -scale
         do trial = 1, 60
             if (count_below(k, m, shift) == 0) return
             shift = 4.0_wp*shift
@@ -145,8 +144,7 @@ contains
         end do
     end function count_below
 
-    !> The lowest `count` eigenpairs, modes M-orthonormal and then scaled to a largest component of 1 of a
-    !> displacement.
+    !> The lowest `count` eigenpairs, modes scaled to a largest displacement of 1.
     subroutine iterate_subspace(k, m, shift, count, massive, lambda, modes, error)
         type(band_t), intent(in) :: k, m
         real(wp), intent(in) :: shift
@@ -157,9 +155,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(band_t) :: shifted
         real(wp), allocatable :: x(:, :), mx(:, :), values(:), before(:)
-        real(wp) :: change
+        real(wp), allocatable :: blur(:)                    !! of each eigenvalue, by rounding alone, relative
         integer :: q, round, singular, i
-        logical :: has_settled
 
         call shifted%set_up(k%n, k%kd, symmetric=.true.)
         shifted%a = k%a - shift*m%a
@@ -176,13 +173,8 @@ contains
             call shifted%solve(x)
             call orthonormalise(shifted, m, x, mx, values, q)
             if (q < count) exit
-            has_settled = .true.
-            do i = 1, count
-                change = abs(values(i) - before(i))/abs(values(i))
-                if (change > wanted_change) has_settled = has_settled .and. change <= round_off(shifted, &
-                    x(:, i))
-            end do
-            if (has_settled) exit
+            blur = [(round_off(shifted, x(:, i), values(i)/values(1)), i=1, count)]
+            if (all(abs(values(:count) - before(:count)) <= max(wanted_change, blur)*values(:count))) exit
             before(:q) = values(:q)
         end do
         if (q < count .or. round > max_rounds) then
@@ -191,22 +183,24 @@ contains
             return
         end if
         lambda = values(:count) + shift
+        where (abs(lambda) <= blur*values(:count)) lambda = 0.0_wp      ! a rigid motion
         modes = x(:, :count)
         do i = 1, count
             modes(:, i) = modes(:, i)/scale_of(modes(:, i))
         end do
     end subroutine iterate_subspace
 
-    !> What rounding alone changes in x' K x: unit round-off times the sum of |K_ij| |x_i| |x_j|. For the
-    !> lowest modes of a slender beam it is far above their own unit round-off, since K holds the stiffness of
-    !> the thickness too.
-    pure real(wp) function round_off(k, x)
+    !> What rounding alone changes in an eigenvalue, relative: in x' K x = 1, unit round-off times the sum of
+    !> |K_ij| |x_i| |x_j|, far above the unit round-off for the lowest modes of a slender beam, since K holds the
+    !> stiffness of the thickness too; in the projected problem, what the lowest eigenvalue imposes on all.
+    pure real(wp) function round_off(k, x, over_lowest)
         type(band_t), intent(in) :: k
         real(wp), intent(in) :: x(:)
+        real(wp), intent(in) :: over_lowest         !! the eigenvalue over the lowest one
         real(wp) :: bound(size(x))
 
         call k%row_bound(abs(x), bound)
-        round_off = epsilon(1.0_wp)*dot_product(abs(x), bound)
+        round_off = epsilon(1.0_wp)*(dot_product(abs(x), bound) + 8.0_wp*over_lowest)
     end function round_off
 
     !> The displacement component of largest size, with its sign (any field where no displacement moves).
@@ -239,8 +233,8 @@ contains
     end subroutine start_vectors
 
     !> Rayleigh-Ritz: rotate x so that it diagonalises the projected pencil. On return the first q columns are
-    !> M-orthonormal Ritz vectors, values their eigenvalues of the shifted pencil, increasing; q shrinks where
-    !> vectors are dependent.
+    !> Ritz vectors with x' (K - shift M) x = 1, values their eigenvalues of the shifted pencil, increasing; q
+    !> shrinks where vectors are dependent.
     subroutine orthonormalise(shifted, m, x, mx, values, q)
         type(band_t), intent(in) :: shifted, m
         real(wp), intent(inout) :: x(:, :)

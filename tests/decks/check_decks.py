@@ -3,9 +3,9 @@
 
     check_decks.py GENTBEAM [--update]
 
-bad/NAME.inp must end with status 1 and exactly the text of bad/NAME.err on standard error, once named on the command
-line and once through standard input. good/NAME.inp must pass `--check`. Decks that are too large or too odd to keep
-are made here. With --update the .err files are written anew: read them before they are kept.
+bad/NAME.inp must end with status 1 and exactly the text of bad/NAME.err on standard error, once named on the
+command line and once through standard input. good/NAME.inp must pass `--check`. Decks that are too large or too
+odd to keep are made here. With --update the .err files are written anew: read them before they are kept.
 """
 import argparse
 import os
@@ -17,6 +17,8 @@ import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+BEGIN = "<!-- commands: begin -->"
+END = "<!-- commands: end -->"
 SECONDS = 60        # more than any deck may take
 DECK = (HERE / "good" / "plain.inp").read_bytes()
 
@@ -69,8 +71,8 @@ def check_bad(program, results, update):
         if results_files() != before:
             problems.append("a results file appeared")
         results.check(name, problems)
-        status, _, through = run(program, [], deck.read_bytes())
-        problems = unlike(said.replace(name, "<stdin>"), through)
+        status, _, through = run(program, [], deck.read_bytes(), deck.parent)
+        problems = unlike(said.replace(name, "<stdin>").replace("bad/", ""), through)
         if status != 1:
             problems.append(f"exit status {status}, not 1")
         results.check(name + " through standard input", problems)
@@ -80,7 +82,7 @@ def check_good(program, results):
     for deck in sorted((HERE / "good").glob("*.inp")):
         name = f"good/{deck.name}"
         for arguments, text in ((["--check", name], None), (["--check"], deck.read_bytes())):
-            status, _, said = run(program, arguments, text)
+            status, _, said = run(program, arguments, text, HERE if text is None else deck.parent)
             problems = unlike("", said)
             if status != 0:
                 problems.append(f"exit status {status}, not 0")
@@ -91,7 +93,9 @@ def check_text(program, results, name, text, first_lines, arguments=(), status=1
     """A generated deck: its status, and what standard error begins with."""
     started = time.monotonic()
     found, _, said = run(program, [*arguments], text)
-    problems = [] if said.startswith(first_lines) else [f"expected the beginning:\n{first_lines}\nfound:\n{said[:2000]}"]
+    problems = []
+    if not said.startswith(first_lines):
+        problems.append(f"expected the beginning:\n{first_lines}\nfound:\n{said[:2000]}")
     if found != status:
         problems.append(f"exit status {found}, not {status}")
     if len(said) > 20000:
@@ -108,57 +112,85 @@ def replaced(old, new):
 
 def check_generated(program, results):
     def bad(name, text, first_lines):
-        check_text(program, results, name, text, first_lines)
+        check_text(program, results, name, text, "<stdin>:" + first_lines)
 
-    long_comment = b"! " + b"x" * 10_000_000 + b"\n"
-    check_text(program, results, "a comment of 10 MB", DECK.replace(b"CLAMP", long_comment + b"CLAMP"), "",
-               ["--check"], 0)
+    def good(name, text):
+        check_text(program, results, name, text, "", ["--check"], 0)
+
+    check_long_lines(bad, good)
+    check_many_things(bad, good)
+    check_depths(bad, good)
+    check_bytes(bad, good)
+    check_text(program, results, "more than 64 MB", b" " * (65 * 1024 * 1024),
+               "gentbeam: error: standard input is larger than 64 MB")
+
+
+def check_long_lines(bad, good):
+    good("a comment of 10 MB", replaced(b"CLAMP", b"! " + b"x" * 10_000_000 + b"\nCLAMP"))
     bad("a line of 10 MB, one word", replaced(b"CLAMP x=0", b"CLAMP x=0 " + b"y" * 10_000_000),
-        "<stdin>:6:11: error: unexpected 'yyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyyy...' in CLAMP\n")
+        "6:11: error: unexpected '" + "y" * 40 + "...' in CLAMP\n")
     bad("a line of 10 MB, a million words", replaced(b"CLAMP x=0", b"CLAMP x=0" + b" wordwords" * 1_000_000),
-        "<stdin>:6:11: error: unexpected 'wordwords' in CLAMP\n")
-    bad("a line of 10 MB, the mistake at its end", replaced(b"CLAMP x=0", b"CLAMP " + b" " * 10_000_000 + b"x=zero"),
-        "<stdin>:6:10000009: error: undefined parameter 'zero'\n    ...")
+        "6:11: error: unexpected 'wordwords' in CLAMP\n")
+    bad("a line of 10 MB, the mistake at its end",
+        replaced(b"CLAMP x=0", b"CLAMP " + b" " * 10_000_000 + b"x=zero"),
+        "6:10000009: error: undefined parameter 'zero'\n    ...")
     bad("a million unknown keys", replaced(b"CLAMP x=0", b"CLAMP x=0" + b" key=1" * 1_000_000),
-        "<stdin>:6:11: error: unknown key 'key' in CLAMP\n")
-    bad("a million equals signs", replaced(b"CLAMP x=0", b"CLAMP x=0" + b" =" * 1_000_000), "<stdin>:6:")
-    many = b"PARAMETER" + b"".join(b" p%d=p%d+1" % (i, i - 1) if i else b" p0=1" for i in range(300_000))
-    check_text(program, results, "three hundred thousand parameters", replaced(b"CLAMP", many + b"\nCLAMP"), "",
-               ["--check"], 0)
-    bad("three hundred thousand undefined parameters",
-        replaced(b"CLAMP", b"PARAMETER" + b"".join(b" p%d=q%d" % (i, i) for i in range(300_000)) + b"\nCLAMP"),
-        "<stdin>:6:14: error: undefined parameter 'q0'\n")
-    bad("a hundred thousand materials", replaced(b"LINE", b"".join(
-        b"MATERIAL m%d gent mu=1 c=1 jm=1 rho=1\n" % i for i in range(100_000)) + b"MATERIAL m7 elastic e=1\nLINE"),
-        "<stdin>:100005:1: error: missing keys 'nu', 'rho' in MATERIAL elastic\n")
-    bad("a hundred thousand solution commands", replaced(b"STOP", b"STATIC\n" * 100_000 + b"PIN x=0\nSTOP"),
-        "<stdin>:100011:1: error: PIN belongs to the model")
+        "6:11: error: unknown key 'key' in CLAMP\n")
+    bad("a million equals signs", replaced(b"CLAMP x=0", b"CLAMP x=0" + b" =" * 1_000_000), "6:")
+    bad("only continuations", b"&\n" * 100_000, "100000:1: error: the deck ends where '&' says")
+    bad("only line feeds", b"\n" * 1_000_000, "1:1: error: the deck is empty")
+
+
+def check_many_things(bad, good):
+    def repeated(form, count):
+        return b"".join(form(i) for i in range(count))
+
+    good("three hundred thousand parameters", replaced(
+        b"CLAMP", b"PARAMETER p0=1" + repeated(lambda i: b" p%d=p%d+1" % (i + 1, i), 300_000) + b"\nCLAMP"))
+    bad("three hundred thousand undefined parameters", replaced(
+        b"CLAMP", b"PARAMETER" + repeated(lambda i: b" p%d=q%d" % (i, i), 300_000) + b"\nCLAMP"),
+        "6:14: error: undefined parameter 'q0'\n")
+    bad("a hundred thousand materials", replaced(
+        b"LINE", repeated(lambda i: b"MATERIAL m%d gent mu=1 c=1 jm=1 rho=1\n" % i, 100_000)
+        + b"MATERIAL m7 elastic e=1\nLINE"),
+        "100005:1: error: missing keys 'nu', 'rho' in MATERIAL elastic\n")
+    bad("a hundred thousand unknown commands", replaced(b"CLAMP", b"CLAMB x=0\n" * 100_000 + b"CLAMP"),
+        "6:1: error: unknown command 'CLAMB'\n")
+    bad("a hundred thousand solution commands", replaced(
+        b"STOP", b"STATIC\n" * 100_000 + b"PIN x=0\nSTOP"),
+        "100011:1: error: PIN belongs to the model")
     bad("a hundred thousand lines in reverse order", replaced(
-        b"CLAMP", b"".join(b"LINE from=%d to=%d elements=1\n" % (i, i + 1) for i in range(100_000, 10, -1)) + b"CLAMP"),
-        "<stdin>:99995:11: error: LINEs must join end to end: this one starts at x = 11, the one before it ends at "
-        "x = 10 (a gap)\n")
+        b"CLAMP", repeated(lambda i: b"LINE from=%d to=%d elements=1\n" % (100_000 - i, 100_001 - i), 99_990)
+        + b"CLAMP"),
+        "99995:11: error: LINEs must join end to end: this one starts at x = 11, the one before it ends "
+        "at x = 10 (a gap)\n")
+
+
+def check_depths(bad, good):
+    def place(text):
+        return replaced(b"x=0", b"x=" + text)
+
     for depth in (1_000, 1_000_000):
-        nested = b"(" * depth + b"1" + b")" * depth
-        bad(f"{depth} parentheses", replaced(b"x=0", b"x=" + nested), "<stdin>:6:109: error: nested deeper than 100")
-        bad(f"{depth} open parentheses", replaced(b"x=0", b"x=" + b"(" * depth),
-            "<stdin>:6:9: error: this '(' is never closed\n")
-        bad(f"{depth} calls", replaced(b"x=0", b"x=" + b"abs(" * depth + b"1" + b")" * depth),
-            "<stdin>:6:412: error: nested deeper than 100")
-        bad(f"{depth} powers", replaced(b"x=0", b"x=2" + b"^1" * depth), "<stdin>:6:210: error: nested deeper than 100")
-        check_text(program, results, f"{depth} signs", replaced(b"x=0", b"x=" + b"-" * depth + b"0"), "", ["--check"], 0)
-        check_text(program, results, f"{depth} sums", replaced(b"x=0", b"x=0" + b"+0" * depth), "", ["--check"], 0)
-    bad("NUL bytes", b"\0" * 100, "<stdin>:1:1: error: this is no plain text: it holds the byte 0x00\n")
-    bad("an executable", b"\x7fELF\x02\x01\x01\0\0\0", "<stdin>:1:1: error: this is no plain text: it holds the byte 0x7F\n")
-    bad("a results file", b"\x89HDF\r\n\x1a\n\0\0", "<stdin>:2:1: error: this is no plain text: it holds the byte 0x1A\n")
-    bad("UTF-16", DECK.decode().encode("utf-16"), "<stdin>:1:4: error: this is no plain text: it holds the byte 0x00\n")
-    check_text(program, results, "NUL bytes after STOP", DECK + b"\0\0\0", "", ["--check"], 0)
-    bad("a lone carriage return", replaced(b"x=0", b"x=0\rPIN x=1"),
-        "<stdin>:6:10: error: this is no plain text: it holds the byte 0x0D\n")
-    bad("broken UTF-8", replaced(b"x=0", b"x=\xc3\x28\xff"), "<stdin>:6:10: error: this '(' is never closed\n")
-    bad("an escape sequence", replaced(b"x=0", "x=0\u009b31m".encode()), "<stdin>:6:10: error: unexpected '?' in an")
-    check_text(program, results, "only line feeds", b"\n" * 1_000_000, "<stdin>:1:1: error: the deck is empty")
-    bad("only continuations", b"&\n" * 100_000, "<stdin>:100000:1: error: the deck ends where '&' says")
-    bad("more than 64 MB", b" " * (65 * 1024 * 1024), "gentbeam: error: standard input is larger than 64 MB")
+        bad(f"{depth} parentheses", place(b"(" * depth + b"1" + b")" * depth),
+            "6:109: error: nested deeper than 100")
+        bad(f"{depth} open parentheses", place(b"(" * depth), "6:9: error: this '(' is never closed\n")
+        bad(f"{depth} calls", place(b"abs(" * depth + b"1" + b")" * depth),
+            "6:412: error: nested deeper than 100")
+        bad(f"{depth} powers", place(b"2" + b"^1" * depth), "6:210: error: nested deeper than 100")
+        good(f"{depth} signs", place(b"-" * depth + b"0"))
+        good(f"{depth} sums", place(b"0" + b"+0" * depth))
+
+
+def check_bytes(bad, good):
+    no_text = "error: this is no plain text: it holds the byte "
+    bad("NUL bytes", b"\0" * 100, f"1:1: {no_text}0x00\n")
+    bad("an executable", b"\x7fELF\x02\x01\x01\0\0\0", f"1:1: {no_text}0x7F\n")
+    bad("a results file", b"\x89HDF\r\n\x1a\n\0\0", f"2:1: {no_text}0x1A\n")
+    bad("UTF-16", DECK.decode().encode("utf-16-le"), f"1:2: {no_text}0x00\n")
+    bad("a lone carriage return", replaced(b"x=0", b"x=0\rPIN x=1"), f"6:10: {no_text}0x0D\n")
+    bad("broken UTF-8", replaced(b"x=0", b"x=\xc3\x28\xff"), "6:10: error: this '(' is never closed\n")
+    bad("an escape sequence", replaced(b"x=0", "x=0\u009b31m".encode()), "6:10: error: unexpected '?' in an")
+    good("NUL bytes after STOP", DECK + b"\0\0\0")
 
 
 def check_overrides(program, results):
@@ -176,6 +208,21 @@ def check_overrides(program, results):
     override("a division by zero", ["h=1/0"], "--set h=1/0: error: division by zero\n")
     override("nothing", ["h="], "--set h=: error: a value is expected\n")
     override("a value out of range", ["h=-1"], "<stdin>:4:32: error: 'h' must be above 0, and is -1\n")
+
+
+def check_reference(program, results):
+    """The commands in docs/deck.md are what the program prints."""
+    status, said, _ = run(program, ["--keywords", "--markdown"])
+    _, begin, rest = (HERE.parents[1] / "docs" / "deck.md").read_text(encoding="utf-8").partition(BEGIN)
+    written, end, _ = rest.partition(END)
+    problems = unlike(said.decode().strip(), written.strip())
+    if status != 0 or not begin or not end:
+        problems.append(f"exit status {status}, or no marks in docs/deck.md")
+    results.check("docs/deck.md", problems)
+    status, said, _ = run(program, ["--keywords"])
+    problems = [] if status == 0 and b"TRANSIENT newmark" in said else [f"exit status {status}"]
+    problems += [f"longer than 110 columns: {line}" for line in said.decode().splitlines() if len(line) > 110]
+    results.check("--keywords", problems)
 
 
 def check_files(program, results):
@@ -214,12 +261,13 @@ def check_mutations(program, results, count=300):
             text = text or bytearray(b" ")
         status, _, said = run(program, ["--check"], bytes(text))
         if status not in (0, 1) or (status == 1) != bool(said):
-            problems.append(f"exit status {status} and {len(said)} characters of diagnostics for {bytes(text)!r}")
+            problems.append(f"exit status {status}, {len(said)} characters of diagnostics: {bytes(text)!r}")
     results.check(f"{count} decks changed at random", problems)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", help="the gentbeam executable")
     parser.add_argument("--update", action="store_true", help="write the .err files anew")
     options = parser.parse_args()
@@ -230,6 +278,7 @@ def main():
     check_generated(program, results)
     check_overrides(program, results)
     check_files(program, results)
+    check_reference(program, results)
     check_mutations(program, results)
     print(f"{results.passed} passed, {results.failed} failed")
     return 0 if results.failed == 0 and results.passed > 0 else 1
