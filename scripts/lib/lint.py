@@ -3,6 +3,7 @@
 Every text: at most 110 columns, no tabs, no trailing blanks, a line feed at the end.
 Fortran: `implicit none` in every module and program; `stop` in src/main.f90 alone; keywords in lower case;
 blocks indented by four columns, as fprettify indents them (the alignment of continued lines is free).
+Rooms: a module in src/ uses modules of its own room and of the rooms below it only.
 Build files: no option that breaks NaN tests (-Ofast, -ffast-math).
 """
 
@@ -22,13 +23,27 @@ MAX_COLUMNS_DIRECTIVE = 120
 INDENT = 4
 # A file in another style would bury the findings of all others.
 MAX_SHOWN = 10
-FORTRAN = {".f90", ".pf"}
+FORTRAN = {".f90", ".F90", ".pf"}
 BUILD_FILES = {".cmake", ".json"}
 TEXTS = FORTRAN | {".py", ".sh", ".cmake"}
 NAMED_TEXTS = {"CMakeLists.txt", "scripts/run", "scripts/test", "scripts/lint", ".ci/run"}
 SKIPPED_FOLDERS = {".git", ".venv", "build", "results", "__pycache__"}
 # Decks that are wrong on purpose, and tests of such texts.
 SKIPPED_PATHS = ("tests/decks/",)
+
+# What each room of src/ may use besides itself; src/main.f90 uses run alone.
+ROOMS = {
+    "base": (),
+    "model": ("base",),
+    "element": ("base", "model"),
+    "solve": ("base", "model", "element"),
+    "deck": ("base", "model"),
+    "io": ("base", "model"),
+    "study": ("base", "model", "element", "solve"),
+    "run": ("base", "model", "element", "solve", "deck", "io", "study"),
+    "main.f90": ("run",),
+}
+USE = re.compile(r"use\s+(gb_\w+)", re.I)
 
 UNIT = re.compile(
     r"(?:module(?!\s+(?:procedure|subroutine|function)\b)|submodule\s*\(.*\)|program)\s+(\w+)", re.I
@@ -130,6 +145,18 @@ def check_fortran(name, lines):
             unit = None
 
 
+def check_rooms(name, lines):
+    """Uses that run against the order of the rooms; a module of a room is a file of its name there."""
+    room = name.split("/")[1]
+    for number, code in statements(lines):
+        use = USE.match(code)
+        if not use:
+            continue
+        homes = {path.parent.name for path in (ROOT / "src").glob(f"*/{use.group(1).lower()}.*")}
+        if not homes & {room, *ROOMS.get(room, ())}:
+            yield number, f"src/{room} may not use {use.group(1)} of {', '.join(sorted(homes)) or 'nowhere'}"
+
+
 def check_indentation(name, text, lines):
     """Indentation of each statement's first line against fprettify's."""
     pretty = io.StringIO()
@@ -176,6 +203,8 @@ def check_file(path, name):
     if path.suffix in FORTRAN:
         yield from check_fortran(name, lines)
         yield from check_indentation(name, text, lines)
+        if name.startswith("src/"):
+            yield from check_rooms(name, lines)
 
 
 def main():

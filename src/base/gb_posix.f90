@@ -30,8 +30,8 @@ contains
         standard_error_is_terminal = c_isatty(2_c_int) /= 0
     end function standard_error_is_terminal
 
-    !> Try whether so many bytes can be written to a new file, which is removed again: the system's words for why not,
-    !> or an empty text.
+    !> Try whether so many bytes can be written to a new file, which is removed again: the system's words for
+    !> why not, or an empty text.
     function try_to_write(path, bytes) result(reason)
         character(*), intent(in) :: path
         integer, intent(in) :: bytes
@@ -41,7 +41,8 @@ contains
 
         reason = ''
         buffer = c_null_char
-        if (c_try_to_write(path // c_null_char, int(bytes, c_size_t), buffer, int(reason_size, c_size_t)) == 0) return
+        if (c_try_to_write(path // c_null_char, int(bytes, c_size_t), buffer, int(reason_size, &
+            c_size_t)) == 0) return
         do i = 1, reason_size
             if (buffer(i) == c_null_char) exit
             reason = reason // buffer(i)

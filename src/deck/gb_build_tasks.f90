@@ -227,7 +227,8 @@ contains
         if (draft%has_mesh) call check_scheme(command, draft, task, diagnostics)
     end subroutine read_transient
 
-    !> The energy-momentum scheme needs a stored energy and a constant mass, the explicit one a mass in every field.
+    !> The energy-momentum scheme needs a stored energy and a constant mass, the explicit one a mass in every
+    !> field.
     subroutine check_scheme(command, draft, task, diagnostics)
         type(command_t), intent(inout) :: command
         type(draft_t), intent(in) :: draft

@@ -43,8 +43,8 @@ module gb_hdf5
     end type series_t
 
     interface
-        !> Keep HDF5 from tidying up at the end of the program: after a disk has run full it would crash there.
-        !> Whatever went well has been closed by then.
+        !> Keep HDF5 from tidying up at the end of the program: after a disk has run full it would crash
+        !> there. Whatever went well has been closed by then.
         function h5_dont_atexit() bind(c, name="H5dont_atexit") result(info)
             import :: c_int
             integer(c_int) :: info

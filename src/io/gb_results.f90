@@ -120,8 +120,8 @@ contains
         if (mark > 0) reason = trim(message(mark + 3:))
     end function system_reason
 
-    !> Turn HDF5's failure into a sentence with the file's name and the system's reason: a write beside the file
-    !> meets the same trouble and is told why.
+    !> Turn HDF5's failure into a sentence with the file's name and the system's reason: a write beside the
+    !> file meets the same trouble and is told why.
     subroutine fail(self, error)
         class(results_t), intent(inout) :: self
         type(error_t), allocatable, intent(inout) :: error

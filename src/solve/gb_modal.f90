@@ -191,8 +191,9 @@ contains
     end subroutine iterate_subspace
 
     !> What rounding alone changes in an eigenvalue, relative: in x' K x = 1, unit round-off times the sum of
-    !> |K_ij| |x_i| |x_j|, far above the unit round-off for the lowest modes of a slender beam, since K holds the
-    !> stiffness of the thickness too; in the projected problem, what the lowest eigenvalue imposes on all.
+    !> |K_ij| |x_i| |x_j|, far above the unit round-off for the lowest modes of a slender beam, since K holds
+    !> the stiffness of the thickness too; in the projected problem, what the lowest eigenvalue imposes on
+    !> all.
     pure real(wp) function round_off(k, x, over_lowest)
         type(band_t), intent(in) :: k
         real(wp), intent(in) :: x(:)

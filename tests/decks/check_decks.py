@@ -4,8 +4,8 @@
     check_decks.py GENTBEAM [--update]
 
 bad/NAME.inp must end with status 1 and exactly the text of bad/NAME.err on standard error, once named on the
-command line and once through standard input. good/NAME.inp must pass `--check`. Decks that are too large or too
-odd to keep are made here. With --update the .err files are written anew: read them before they are kept.
+command line and once through standard input. good/NAME.inp must pass `--check`. Decks that are too large or
+too odd to keep are made here. With --update the .err files are written anew: read them before they are kept.
 """
 import argparse
 import os
