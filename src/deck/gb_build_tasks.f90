@@ -243,7 +243,7 @@ contains
                 select case (task%scheme)
                 case ('energy')
                     if (any(used%rule == rule_linear)) then
-                        trouble = 'TRANSIENT energy needs a section with a stored energy, and rule=linear has none'
+                        trouble = 'TRANSIENT energy needs a stored energy, and rule=linear has none'
                         remedy = 'use rule=gauss'
                     else if (any(used%inertia == inertia_full)) then
                         trouble = 'TRANSIENT energy needs a constant mass, and inertia=full has none'

@@ -208,6 +208,10 @@ contains
         if (form == 0) then
             call forgive(text, statement, draft, parameters)
             if (progress%closed) progress%any_task = .true.
+            if (meant == 'END' .and. .not. progress%closed) then
+                progress%closed = .true.
+                progress%end_place = statement%tokens(1)%at
+            end if
             return
         end if
         call check_order(statement, survey, form, progress, draft, diagnostics, in_place)

@@ -150,16 +150,17 @@ contains
         character(*), intent(in) :: path
         character(:), allocatable :: sentence
         character(512) :: message
+        character(1) :: byte
         integer :: unit, status, mark
 
         sentence = 'cannot read ' // shown_name(path)
         if (path == '' .or. path == '-') return
-        open (newunit=unit, file=path, status='old', action='read', access='stream', iostat=status, &
-            iomsg=message)
+        open (newunit=unit, file=path, status='old', action='read', access='stream', iostat=status, iomsg=message)
         if (status == 0) then
+            read (unit, iostat=status, iomsg=message) byte
             close (unit)
-            return
         end if
+        if (status <= 0) return
         mark = index(message, ''': ', back=.true.)
         if (mark > 0) message = message(mark + 3:)
         sentence = sentence // ': ' // trim(message)
