@@ -235,31 +235,39 @@ contains
         type(task_t), intent(in) :: task
         type(diagnostics_t), intent(inout) :: diagnostics
         character(:), allocatable :: trouble, remedy
+        logical :: linear, full, other
+        integer :: i
 
+        linear = .false.
+        full = .false.
+        other = .false.
+        do i = 1, draft%n_lines
+            associate (section => draft%problem%model%sections(draft%problem%model%lines(i)%section))
+                linear = linear .or. section%rule == rule_linear
+                full = full .or. section%inertia == inertia_full
+                other = other .or. section%inertia /= inertia_diagonal
+            end associate
+        end do
         trouble = ''
         remedy = ''
-        associate (model => draft%problem%model)
-            associate (used => model%sections(model%mesh%section))
-                select case (task%scheme)
-                case ('energy')
-                    if (any(used%rule == rule_linear)) then
-                        trouble = 'TRANSIENT energy needs a stored energy, and rule=linear has none'
-                        remedy = 'use rule=gauss'
-                    else if (any(used%inertia == inertia_full)) then
-                        trouble = 'TRANSIENT energy needs a constant mass, and inertia=full has none'
-                        remedy = 'use inertia=diagonal or inertia=translational'
-                    end if
-                case ('central')
-                    if (any(used%inertia /= inertia_diagonal)) then
-                        trouble = 'TRANSIENT central needs a constant mass in every field'
-                        remedy = 'use inertia=diagonal'
-                    else if (command%given('accuracy')) then
-                        trouble = 'TRANSIENT central has fixed steps, kept below its limit of stability'
-                        remedy = 'give step='
-                    end if
-                end select
-            end associate
-        end associate
+        select case (task%scheme)
+        case ('energy')
+            if (linear) then
+                trouble = 'TRANSIENT energy needs a stored energy, and rule=linear has none'
+                remedy = 'use rule=gauss'
+            else if (full) then
+                trouble = 'TRANSIENT energy needs a constant mass, and inertia=full has none'
+                remedy = 'use inertia=diagonal or inertia=translational'
+            end if
+        case ('central')
+            if (other) then
+                trouble = 'TRANSIENT central needs a constant mass in every field'
+                remedy = 'use inertia=diagonal'
+            else if (command%given('accuracy')) then
+                trouble = 'TRANSIENT central has fixed steps, kept below its limit of stability'
+                remedy = 'give step='
+            end if
+        end select
         if (len(trouble) == 0) return
         call diagnostics%add(command%at, trouble, hint=remedy)
         command%sound = .false.

@@ -155,7 +155,8 @@ contains
 
         sentence = 'cannot read ' // shown_name(path)
         if (path == '' .or. path == '-') return
-        open (newunit=unit, file=path, status='old', action='read', access='stream', iostat=status, iomsg=message)
+        open (newunit=unit, file=path, status='old', action='read', access='stream', iostat=status, &
+              iomsg=message)
         if (status == 0) then
             read (unit, iostat=status, iomsg=message) byte
             close (unit)

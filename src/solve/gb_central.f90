@@ -1,6 +1,9 @@
 !> The explicit central difference scheme with lumped mass:
-!> u_1 = u_0 + dt v_0 + dt^2/2 a_0,   M a_1 = f_1 - f_int(u_1) - C (v_0 + dt/2 a_0),   v_1 = v_0 + dt/2 (a_0 +
-!> a_1). Second order, no equations to solve; stable for steps below 2/omega_max, which the stepper enforces.
+!>     u_1 = u_0 + dt v_0 + dt^2/2 a_0,
+!>     M a_1 = f_1 - f_int(u_1) - C (v_0 + dt a_0),
+!>     v_1 = v_0 + dt/2 (a_0 + a_1).
+!> Second order, no equations to solve; stable for steps below 2/omega_max (less with damping), which the stepper
+!> enforces.
 module gb_central
     use gb_kinds, only: wp
     use gb_state, only: state_t
@@ -24,8 +27,8 @@ contains
         scheme%is_explicit = .true.
     end function central
 
-    !> The new displacements need no equation: they are stage%u_mass. Velocities half a step on are
-    !> (U - stage%u_damping) stage%damping_factor.
+    !> The new displacements need no equation: they are stage%u_mass. The velocities that damping sees,
+    !> v_0 + dt a_0, are (U - stage%u_damping) stage%damping_factor.
     pure subroutine set_stage(self, number, dt, committed, previous, stage)
         class(central_t), intent(in) :: self
         integer, intent(in) :: number
@@ -34,8 +37,8 @@ contains
         type(stage_t), intent(inout) :: stage
 
         stage%u_mass = committed%u + dt*committed%v + (0.5_wp*dt**2)*committed%a
-        stage%u_damping = committed%u
-        stage%damping_factor = 1.0_wp/dt
+        stage%u_damping = committed%u + (0.5_wp*dt)*committed%v
+        stage%damping_factor = 2.0_wp/dt
         stage%u_start = committed%u
     end subroutine set_stage
 

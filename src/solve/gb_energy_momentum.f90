@@ -22,6 +22,8 @@ contains
 
     pure type(energy_momentum_t) function energy_momentum() result(scheme)
         scheme%has_symmetric_tangent = .false.
+        scheme%weight_a = 0.5_wp
+        scheme%weight_v = 0.5_wp
     end function energy_momentum
 
     pure subroutine set_stage(self, number, dt, committed, previous, stage)

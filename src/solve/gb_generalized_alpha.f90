@@ -38,6 +38,7 @@ contains
         real(wp), intent(in) :: alpha
 
         scheme%alpha_f = -alpha
+        scheme%weight_v = 1.0_wp - scheme%alpha_f
         scheme%gamma = 0.5_wp - alpha
         scheme%beta = 0.25_wp*(1.0_wp - alpha)**2
     end function hilber_hughes_taylor
@@ -48,6 +49,8 @@ contains
 
         scheme%alpha_m = (2.0_wp*rho - 1.0_wp)/(rho + 1.0_wp)
         scheme%alpha_f = rho/(rho + 1.0_wp)
+        scheme%weight_a = 1.0_wp - scheme%alpha_m
+        scheme%weight_v = 1.0_wp - scheme%alpha_f
         scheme%gamma = 0.5_wp - scheme%alpha_m + scheme%alpha_f
         scheme%beta = 0.25_wp*(1.0_wp - scheme%alpha_m + scheme%alpha_f)**2
     end function chung_hulbert

@@ -19,14 +19,15 @@ module gb_motion
         procedure :: impose
         procedure :: impose_factor
         procedure :: restart
+        procedure :: follow
         procedure :: is_driven
     end type motion_t
 
     public :: build_motion
 
-    !> Derivatives of a history are taken over this part of a step: small against the step, large against
-    !> round-off.
-    real(wp), parameter :: difference_part = 1.0e-4_wp
+    !> Derivatives of a history are taken over this part of a step: their truncation is small against the scheme's,
+    !> and round-off does not show.
+    real(wp), parameter :: difference_part = 0.1_wp
 
 contains
 
@@ -89,26 +90,47 @@ contains
     end subroutine impose
 
     !> Driven fields and their derivatives from time t on: at the start, and after a jump or corner.
-    !> Derivatives are one-sided differences of second order (velocity) and first order (acceleration).
     pure subroutine restart(self, t, step, state, error)
         class(motion_t), intent(in) :: self
         real(wp), intent(in) :: t, step             !! [T]
         type(state_t), intent(inout) :: state
         type(error_t), allocatable, intent(out) :: error
-        real(wp), allocatable :: u1(:), u2(:)
-        real(wp) :: d
 
-        d = difference_part*step
-        u1 = state%u
-        u2 = state%u
-        call self%impose(t, .false., state%u, error)
-        if (.not. allocated(error)) call self%impose(t + d, .true., u1, error)
-        if (.not. allocated(error)) call self%impose(t + 2.0_wp*d, .true., u2, error)
-        if (allocated(error)) return
-        associate (i => self%unknown)
-            state%v(i) = (4.0_wp*(u1(i) - state%u(i)) - (u2(i) - state%u(i)))/(2.0_wp*d)
-            state%a(i) = (state%u(i) - 2.0_wp*u1(i) + u2(i))/d**2
-        end associate
+        call differentiate(self, t, difference_part*step, state, error)
     end subroutine restart
+
+    !> Driven fields and their derivatives at time t, the end of a step of the given size.
+    pure subroutine follow(self, t, step, state, error)
+        class(motion_t), intent(in) :: self
+        real(wp), intent(in) :: t, step             !! [T]
+        type(state_t), intent(inout) :: state
+        type(error_t), allocatable, intent(out) :: error
+
+        call differentiate(self, t, -difference_part*step, state, error)
+    end subroutine follow
+
+    !> One-sided differences at t, t+d, t+2d, t+3d: third order for velocities, second for accelerations. The
+    !> histories are smooth within a step, since steps end on their jumps and corners.
+    pure subroutine differentiate(self, t, d, state, error)
+        class(motion_t), intent(in) :: self
+        real(wp), intent(in) :: t
+        real(wp), intent(in) :: d                   !! positive: from t on; negative: up to t [T]
+        type(state_t), intent(inout) :: state
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: u(size(state%u), 0:3)
+        integer :: k
+
+        do k = 0, 3
+            u(:, k) = state%u
+            ! Away from t itself no jump is met: either side serves.
+            call self%impose(t + real(k, wp)*d, d < 0.0_wp .eqv. k == 0, u(:, k), error)
+            if (allocated(error)) return
+        end do
+        associate (i => self%unknown)
+            state%u(i) = u(i, 0)
+            state%v(i) = (-11.0_wp*u(i, 0) + 18.0_wp*u(i, 1) - 9.0_wp*u(i, 2) + 2.0_wp*u(i, 3))/(6.0_wp*d)
+            state%a(i) = (2.0_wp*u(i, 0) - 5.0_wp*u(i, 1) + 4.0_wp*u(i, 2) - u(i, 3))/d**2
+        end associate
+    end subroutine differentiate
 
 end module gb_motion

@@ -10,6 +10,8 @@ module gb_scheme
 
     type, abstract, public :: scheme_t
         integer :: stages = 1                           !! implicit equations a step
+        !> Inertia and damping act on weight * (end of the stage) + (1 - weight) * (start of the step).
+        real(wp) :: weight_a = 1.0_wp, weight_v = 1.0_wp
         logical :: is_explicit = .false.                !! needs no equations solved
         logical :: has_symmetric_tangent = .true.       !! where the elements' tangent is symmetric
     contains

@@ -36,7 +36,7 @@ contains
         type(stage_t) :: stage
         type(substeps_t) :: parts
         type(step_record_t) :: step
-        real(wp), allocatable :: force(:), u(:), last_change(:)
+        real(wp), allocatable :: force(:), u(:), last_change(:), reaction(:)
         real(wp) :: start, from, target, last_factor
         integer :: i
         logical :: exhausted, admissible
@@ -46,11 +46,13 @@ contains
         allocate (force(system%n))
         call external%static_forces(force)
         allocate (last_change(system%n), stage%f_external(system%n))
-        last_change = 0.0_wp
         last_factor = 0.0_wp
         state%v = 0.0_wp
         state%a = 0.0_wp
         start = state%load
+        call system%internal_force(state%u, last_change, admissible)
+        reaction = last_change(external%motion%unknown) - start*force(external%motion%unknown)
+        last_change = 0.0_wp
         step%abscissa = start
         call system%strain_energy(state%u, step%strain, admissible)
         call recorder%record_step(step, state, error)
@@ -88,6 +90,7 @@ contains
                     last_factor = factor - state%load
                     step%external = step%external &
                                     + 0.5_wp*(state%load + factor)*dot_product(force, last_change)
+                    call add_support_work(system, external, stage, u, last_change, reaction, step%external)
                     state%u = u
                     state%load = factor
                     call parts%accept()
@@ -104,6 +107,26 @@ contains
             if (allocated(error)) return
         end do
     end subroutine run_static
+
+    !> Work of the driven supports over a step, by the mean of their reactions at its ends.
+    subroutine add_support_work(system, external, stage, u, change, reaction, work)
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in) :: u(:), change(:)
+        real(wp), intent(inout) :: reaction(:)      !! of the driven unknowns, at the start in and at the end out
+        real(wp), intent(inout) :: work
+        real(wp), allocatable :: force(:)
+        logical :: admissible
+
+        if (.not. external%motion%is_driven()) return
+        allocate (force(system%n))
+        call system%internal_force(u, force, admissible)
+        associate (i => external%motion%unknown)
+            work = work + 0.5_wp*dot_product(reaction + (force(i) - stage%f_external(i)), change(i))
+            reaction = force(i) - stage%f_external(i)
+        end associate
+    end subroutine add_support_work
 
     pure logical function is_admissible(system, u)
         type(system_t), intent(in) :: system

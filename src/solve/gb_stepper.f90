@@ -127,7 +127,7 @@ contains
             else
                 self%stage%f_external = weight*self%f_end + (1.0_wp - weight)*self%f_start
                 call guess(self, system, fraction*dt, state)
-                call external%motion%impose(self%trial%time, .true., self%trial%u, error)
+                if (external%motion%is_driven()) call drive(self, external, fraction*dt, state, error)
                 if (allocated(error)) return
                 call self%newton%solve(system, self%stage, self%trial%u, self%report)
                 self%iterations = self%iterations + self%report%iterations
@@ -135,10 +135,32 @@ contains
             end if
             if (allocated(error) .or. .not. is_solved) return
             call self%scheme%finish_stage(number, dt, state, self%previous, self%trial)
+            if (external%motion%is_driven()) call external%motion%follow(self%trial%time, fraction*dt, &
+                self%trial, error)
+            if (allocated(error)) return
             call settle_massless(system, fraction*dt, state, self%trial)
             if (number < self%scheme%stages) self%previous = self%trial
         end do
     end subroutine propose
+
+    !> Put the driven unknowns where they are at the end of the stage, and let inertia and damping act on the
+    !> derivatives of their histories: those that a scheme would make of the displacements alone drift.
+    subroutine drive(self, external, step, state, error)
+        class(stepper_t), intent(inout) :: self
+        type(external_t), intent(in) :: external
+        real(wp), intent(in) :: step                !! of the stage [T]
+        type(state_t), intent(in) :: state
+        type(error_t), allocatable, intent(out) :: error
+
+        call external%motion%follow(self%trial%time, step, self%trial, error)
+        if (allocated(error)) return
+        associate (i => external%motion%unknown, weight_a => self%scheme%weight_a, weight_v => self%scheme%weight_v)
+            self%stage%u_mass(i) = self%trial%u(i) - (weight_a*self%trial%a(i) &
+                                                      + (1.0_wp - weight_a)*state%a(i))/self%stage%mass_factor
+            self%stage%u_damping(i) = self%trial%u(i) - (weight_v*self%trial%v(i) &
+                                                         + (1.0_wp - weight_v)*state%v(i))/self%stage%damping_factor
+        end associate
+    end subroutine drive
 
     !> The state of an explicit scheme: displacements as predicted, acceleration from equilibrium with lumped
     !> mass.
@@ -152,10 +174,11 @@ contains
 
         self%trial%u = self%stage%u_mass
         self%trial%u(system%fixed_list) = state%u(system%fixed_list)
-        call external%motion%impose(self%trial%time, .true., self%trial%u, error)
-        if (allocated(error)) return
         self%trial%v = self%stage%damping_factor*(self%trial%u - self%stage%u_damping)
         self%trial%a = state%a
+        if (external%motion%is_driven()) call external%motion%follow(self%trial%time, &
+            self%trial%time - state%time, self%trial, error)
+        if (allocated(error)) return
         call equilibrium_acceleration(self, system, external, self%f_end, self%trial, is_solved)
         self%report = newton_report_t(outcome=newton_converged)
         if (.not. is_solved) then

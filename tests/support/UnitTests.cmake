@@ -34,6 +34,9 @@ else()
   target_include_directories(gentbeam_funit PUBLIC ${CMAKE_CURRENT_BINARY_DIR}/mod/gentbeam_funit)
 endif()
 
+# The report runs in the top folder, which does not see the variables of this one.
+set_property(GLOBAL PROPERTY GENTBEAM_UNIT_TEST_RUNNER ${GENTBEAM_UNIT_TEST_RUNNER})
+
 function(gentbeam_add_unit_test)
   cmake_parse_arguments(PARSE_ARGV 0 arg "" "NAME" "SOURCES;OTHER_SOURCES;LINK_LIBRARIES")
   if(NOT arg_NAME OR NOT arg_SOURCES OR arg_UNPARSED_ARGUMENTS)
@@ -117,9 +120,10 @@ endfunction()
 # Printed last of all: how many tests there are, so that one which drops out is missed.
 function(_gentbeam_report_unit_tests)
   get_property(counts GLOBAL PROPERTY GENTBEAM_UNIT_TEST_COUNTS)
+  get_property(runner GLOBAL PROPERTY GENTBEAM_UNIT_TEST_RUNNER)
   list(LENGTH counts files)
   list(JOIN counts "+" sum)
   math(EXPR sum "${sum}+0")
-  message(STATUS "Unit tests: ${sum} found in ${files} files, run by ${GENTBEAM_UNIT_TEST_RUNNER}")
+  message(STATUS "Unit tests: ${sum} found in ${files} files, run by ${runner}")
 endfunction()
 cmake_language(DEFER DIRECTORY ${CMAKE_SOURCE_DIR} CALL _gentbeam_report_unit_tests)

@@ -1,0 +1,215 @@
+"""Options, the log, and the progress bar."""
+
+import os
+import pty
+import re
+import select
+import subprocess
+
+import h5py
+import pytest
+from conftest import small_deck
+
+
+def test_deck_from_a_file_and_from_standard_input(gentbeam):
+    (gentbeam.folder / "bend.inp").write_text(small_deck())
+    gentbeam("bend.inp")
+    assert "results: bend.h5" in gentbeam.out
+    gentbeam(deck=small_deck())
+    assert "results: gentbeam.h5" in gentbeam.out
+    gentbeam("-", deck=small_deck())
+    with gentbeam.results("bend") as file, gentbeam.results() as piped:
+        assert file["transient/u"][()].tobytes() == piped["transient/u"][()].tobytes()
+
+
+def test_deck_in_a_folder_leaves_its_results_here(gentbeam):
+    (gentbeam.folder / "decks").mkdir()
+    (gentbeam.folder / "decks" / "bend.inp").write_text(small_deck())
+    gentbeam("decks/bend.inp")
+    assert re.search(r"results: (decks/)?bend\.h5", gentbeam.out)
+    name = re.search(r"results: (\S+)", gentbeam.out).group(1)
+    assert h5py.is_hdf5(gentbeam.folder / name)
+
+
+@pytest.mark.parametrize("option", [("-o", "out"), ("-o", "out.h5"), ("--output", "out"), ("--output=out",)])
+def test_output(gentbeam, option):
+    gentbeam(*option, deck=small_deck(model="OUTPUT file=other"))
+    assert [path.name for path in gentbeam.folder.iterdir()] == ["out.h5"]
+
+
+def test_output_of_the_deck(gentbeam):
+    gentbeam(deck=small_deck(model="OUTPUT file=other"))
+    assert [path.name for path in gentbeam.folder.iterdir()] == ["other.h5"]
+
+
+def test_name_with_blanks_and_letters_of_other_scripts(gentbeam):
+    gentbeam("-o", "Balken \u00fcber zwei", deck=small_deck())
+    assert h5py.is_hdf5(gentbeam.folder / "Balken \u00fcber zwei.h5")
+
+
+def test_set_replaces_parameters(gentbeam):
+    tips = []
+    for options in ([], ["--set", "q=5.7"], ["--set=q=2*2.85"], ["--set", "q=1", "--set", "jm=0.5"]):
+        gentbeam(*options, deck=small_deck())
+        with gentbeam.results() as file:
+            tips.append(file["transient/probes/tip"][1])
+    assert tips[1] == tips[2] == pytest.approx(2.0 * tips[0], rel=0.01)
+    assert tips[3] == pytest.approx(tips[0] / 2.85, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (["--set", "p=1"], ["--set p=1", "no parameter 'p'"]),
+        (["--set", "q=1/0"], ["--set q=1/0", "division by zero"]),
+        (["--set", "q=abc"], ["--set q=abc", "abc"]),
+        (["--set", "q"], ["--set needs name=value", "'q'"]),
+        (["--set", "=3"], ["--set needs name=value"]),
+        (["--set", "q="], ["--set needs name=value"]),
+        (["--set"], ["option --set needs a value"]),
+        (["-o"], ["option -o needs a value"]),
+        (["-o", ""], ["option -o needs a file name"]),
+        (["--outptu", "x"], ["unknown option '--outptu'", "did you mean '--output'?"]),
+        (["-z"], ["unknown option '-z'"]),
+        (["--threads", "0"], ["--threads needs a whole number", "'0'"]),
+        (["--threads", "two"], ["--threads needs a whole number", "'two'"]),
+        (["one.inp", "two.inp"], ["one deck at a time", "one.inp", "two.inp"]),
+        ([""], ["name of the deck is empty"]),
+    ],
+)
+def test_wrong_options(gentbeam, options, words):
+    gentbeam(*options, deck=small_deck(), status=1)
+    for word in words:
+        assert word in gentbeam.err
+    assert "error" in gentbeam.err
+    assert list(gentbeam.folder.iterdir()) == []
+
+
+def test_check_runs_nothing(gentbeam):
+    gentbeam("--check", deck=small_deck())
+    assert "4 elements of 3 nodes" in gentbeam.out and "Newton" not in gentbeam.out
+    assert list(gentbeam.folder.iterdir()) == []
+    gentbeam("--check", deck=small_deck("NONSENSE"), status=1)
+    assert "<stdin>:12:1: error: unknown command 'NONSENSE'" in gentbeam.err
+
+
+def test_version(gentbeam):
+    gentbeam("--version")
+    assert re.fullmatch(r"gentbeam \d+\.\d+\.\d+ \(\S+\)\n", gentbeam.out)
+
+
+def test_help_names_every_option(gentbeam):
+    gentbeam("--help")
+    for option in "output set check threads quiet verbose keywords version help".split():
+        assert f"--{option}" in gentbeam.out
+    assert "exit status" in gentbeam.out
+    first = gentbeam.out
+    assert gentbeam("-h").out == first
+
+
+def test_keywords_lists_every_command(gentbeam):
+    gentbeam("--keywords")
+    for keyword in "MATERIAL SECTION LINE CLAMP DISTRIBUTED PROBE STATIC MODAL TRANSIENT STOP".split():
+        assert re.search(rf"\b{keyword}\b", gentbeam.out), keyword
+
+
+def test_quiet_and_verbose(gentbeam):
+    gentbeam("-q", deck=small_deck())
+    assert gentbeam.out == "" and gentbeam.err == ""
+    normal = gentbeam(deck=small_deck()).out
+    verbose = gentbeam("-v", deck=small_deck()).out
+    assert "iteration" not in normal.replace("Newton iterations", "")
+    assert "iteration 1  increment " in verbose
+
+
+def test_log_says_what_came_out(gentbeam):
+    gentbeam(deck=small_deck("TRANSIENT newmark step=1e-4 end=5e-3"))
+    with gentbeam.results() as file:
+        tip = file["transient/probes/tip"][:]
+    largest = float(re.search(r"tip: largest (\S+) at t = ", gentbeam.out).group(1))
+    assert largest == pytest.approx(tip.max(), rel=1e-5)
+    assert re.search(r"50 steps, \d+ Newton iterations, 0 cuts", gentbeam.out)
+    assert "energy: kinetic" in gentbeam.out
+    assert gentbeam.err == ""
+    assert len(gentbeam.out.splitlines()) < 45
+
+
+def test_log_that_cannot_be_written(gentbeam):
+    with open("/dev/full", "w") as full:
+        gentbeam(deck=small_deck(), status=3, stdout=full)
+    assert "standard output" in gentbeam.sole_error()
+    with gentbeam.results() as file:
+        assert file.attrs["status"] == "complete"
+
+
+def test_log_into_a_closed_pipe(gentbeam):
+    """Nobody reads it: an error, or the end by the signal that says so, but no backtrace."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [gentbeam.executable],
+        input=small_deck().encode(),
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        cwd=gentbeam.folder,
+        timeout=60,
+    )
+    os.close(writer)
+    assert done.returncode in (3, -13)
+    assert b"Backtrace" not in done.stderr and b"Fortran runtime" not in done.stderr
+
+
+@pytest.mark.parametrize("option", ["--help", "--version", "--keywords"])
+def test_texts_that_cannot_be_written(gentbeam, option):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([gentbeam.executable, option], stdout=full, stderr=subprocess.PIPE, timeout=60)
+    assert done.returncode in (0, 3)
+    assert b"Backtrace" not in done.stderr and b"Fortran runtime" not in done.stderr, done.stderr
+
+
+def test_error_message_that_cannot_be_written(gentbeam):
+    with open("/dev/full", "w") as full:
+        gentbeam("no.inp", status=3, stderr=full)
+
+
+def on_terminal(gentbeam, *options):
+    """What the program writes to standard error when that is a terminal."""
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen(
+        [gentbeam.executable, *options],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=theirs,
+        cwd=gentbeam.folder,
+    )
+    os.close(theirs)
+    process.stdin.write(small_deck("TRANSIENT newmark step=2e-7 end=6e-3").encode())
+    process.stdin.close()
+    written = b""
+    while select.select([ours], [], [], 60.0)[0]:
+        try:
+            block = os.read(ours, 65536)
+        except OSError:
+            break
+        if not block:
+            break
+        written += block
+    os.close(ours)
+    assert process.wait(60) == 0
+    return written.decode()
+
+
+def test_progress_bar_on_a_terminal(gentbeam):
+    text = on_terminal(gentbeam)
+    parts = re.findall(r"\r  \[(#*)(\.*)\] (\d+) %, (\d+) s left", text)
+    assert parts
+    assert all(len(done) + len(left) == 40 for done, left, _, _ in parts)
+    percentages = [int(percent) for _, _, percent, _ in parts]
+    assert percentages == sorted(percentages) and percentages[-1] <= 100
+    assert text.endswith("\r"), "the bar is not wiped off"
+
+
+def test_no_bar_elsewhere(gentbeam):
+    gentbeam(deck=small_deck("TRANSIENT newmark step=2e-7 end=6e-3"))
+    assert gentbeam.err == ""
+    assert on_terminal(gentbeam, "-q") == ""
