@@ -147,20 +147,25 @@ def jm_text(jm):
     return f"{jm:g}".replace("e+", "e")
 
 
-def deck_text(example, elements=None, nodes=None, step=None, end=None, rule=None, load=1.0):
-    """The example's deck in input/, with other numbers, and a probe for every quantity that is followed."""
+def deck_text(example, rule=None, load=1.0, static=False, **numbers):
+    """The example's deck in input/ with a probe for every quantity that is followed.
+
+    `numbers` replace those of the deck: elements, nodes, step, end, every. `load` multiplies all loads, and
+    `static` asks for the equilibrium under them in place of the motion.
+    """
     path = ROOT / "input" / example.deck
     try:
         deck = path.read_text(encoding="utf-8")
     except OSError as error:
         raise ResultsError(f"{path}: {error.strerror}") from error
-    for key, value in (("elements", elements), ("nodes", nodes), ("step", step), ("end", end)):
-        if value is not None:
-            deck = replace(deck, rf"\b{key}=\S+", f"{key}={value:.12g}", path)
+    for key, value in numbers.items():
+        deck = replace(deck, rf"\b{key}=\S+", f"{key}={value:.12g}", path)
     if rule is not None:
         deck = replace(deck, r"\brule=\S+(\s+points=\S+)?", f"rule={rule}", path)
     if load != 1.0:
         deck = replace(deck, r"\b([qf]3)=(\S+)", rf"\1=(\2)*{load!r}", path)
+    if static:
+        deck = replace(deck, r"^TRANSIENT\b.*$", "STATIC       steps=10", path)
     probes = "".join(f"PROBE        {q.name}  {q.field}  x={q.x:g}\n" for q in example.quantities)
     return replace(deck, r"^(?=OUTPUT\b)", probes, path)
 

@@ -20,9 +20,14 @@ module gb_posix
             character(kind=c_char), intent(inout) :: reason(*)
             integer(c_int) :: failed
         end function c_try_to_write
+
+        subroutine c_set_default(name, value) bind(c, name="gb_set_default")
+            import :: c_char
+            character(kind=c_char), intent(in) :: name(*), value(*)
+        end subroutine c_set_default
     end interface
 
-    public :: standard_error_is_terminal, try_to_write
+    public :: standard_error_is_terminal, try_to_write, set_environment_default
 
 contains
 
@@ -48,5 +53,12 @@ contains
             reason = reason // buffer(i)
         end do
     end function try_to_write
+
+    !> Give an environment variable a value for this process, unless the user has set it.
+    subroutine set_environment_default(name, value)
+        character(*), intent(in) :: name, value
+
+        call c_set_default(name // c_null_char, value // c_null_char)
+    end subroutine set_environment_default
 
 end module gb_posix

@@ -1,6 +1,8 @@
+#define _POSIX_C_SOURCE 200112L
 /* What Fortran's own input and output cannot tell: why the system refuses to write. */
 #include <errno.h>
 #include <fcntl.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -33,4 +35,10 @@ int gb_try_to_write(const char *path, size_t bytes, char *reason, size_t size)
         failed = refused(reason, size);
     unlink(path);
     return failed;
+}
+
+/* Give an environment variable a value for this process, unless the user has set it. */
+void gb_set_default(const char *name, const char *value)
+{
+    setenv(name, value, 0);
 }

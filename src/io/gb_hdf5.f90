@@ -12,6 +12,7 @@ module gb_hdf5
         h5t_std_i32le, h5t_ieee_f64le
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_file
+    use gb_posix, only: set_environment_default
     implicit none
     private
 
@@ -64,6 +65,8 @@ contains
         integer :: info
 
         file = -1
+        ! Without a lock, others can read the file while it is being written.
+        call set_environment_default('HDF5_USE_FILE_LOCKING', 'FALSE')
         info = int(h5_dont_atexit())
         call h5open_f(info)
         call h5eset_auto_f(0, info)

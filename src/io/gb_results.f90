@@ -48,6 +48,9 @@ module gb_results
         integer(hid_t) :: group = -1                !! of the running command
         logical :: has_fields(3) = .false.          !! u, v, a
         real(wp) :: start_energy = 0.0_wp
+        logical :: has_unwritten = .false.          !! the latest state was left out by OUTPUT every=
+        real(wp) :: unwritten_abscissa = 0.0_wp
+        type(state_t) :: unwritten                  !! it is written if it turns out to be the last
         type(series_t) :: time, fields(3), all_time, energies(n_energies), solver(n_solver)
         type(series_t), allocatable :: probes(:)
         integer(i8) :: last_flush = 0
@@ -146,6 +149,7 @@ contains
         if (.not. allocated(error)) call write_task_attributes(self%group, task, self%commands, error)
         if (.not. allocated(error) .and. task%kind /= task_modal) call create_all_series(self, task, &
             probes, error)
+        if (.not. allocated(error)) call flush_file(self%file, error)
         if (allocated(error)) call self%fail(error)
     end subroutine begin_task
 
@@ -169,6 +173,9 @@ contains
             call put_attribute(group, 'kind', 'transient', error)
             if (.not. allocated(error)) call put_attribute(group, 'scheme', task%scheme, error)
             if (.not. allocated(error)) call put_attribute(group, 'dt', task%step, error)
+            if (.not. allocated(error) .and. task%accuracy > 0.0_wp) then
+                call put_attribute(group, 'accuracy', task%accuracy, error)
+            end if
             if (.not. allocated(error)) call put_attribute(group, 'end', task%end_time, error)
             if (.not. allocated(error)) call write_scheme_numbers(group, task, error)
         end select
@@ -327,7 +334,12 @@ contains
         solver = [real(step%iterations, wp), real(step%cuts, wp), step%step, step%residual]
         if (step%on_grid .and. step%number > 0) self%grid_steps = self%grid_steps + 1
         if (self%every == 1 .or. (step%on_grid .and. modulo(self%grid_steps, self%every) == 0)) then
+            self%has_unwritten = .false.
             call write_row(self, step%abscissa, state, error)
+        else
+            self%has_unwritten = .true.
+            self%unwritten_abscissa = step%abscissa
+            self%unwritten = state
         end if
         if (.not. allocated(error)) call self%all_time%append([step%abscissa], error)
         do i = 1, size(self%probes)
@@ -430,7 +442,9 @@ contains
         class(results_t), intent(inout) :: self
         type(error_t), allocatable, intent(out) :: error
 
-        call for_every_series(self, .true., error)
+        if (self%has_unwritten) call write_row(self, self%unwritten_abscissa, self%unwritten, error)
+        self%has_unwritten = .false.
+        if (.not. allocated(error)) call for_every_series(self, .true., error)
         if (.not. allocated(error)) call close_group(self%group)
         if (.not. allocated(error)) call flush_file(self%file, error)
         if (allocated(error)) call self%fail(error)

@@ -63,20 +63,18 @@ contains
                     value = argument(i)
                 end if
                 call take_value(options, name, value, error)
-            case ('--check')
-                options%check_only = .true.
-            case ('--keywords')
-                options%show_keywords = .true.
-            case ('--markdown')
-                options%as_markdown = .true.
-            case ('--version')
-                options%show_version = .true.
-            case ('-h', '--help')
-                options%show_help = .true.
-            case ('-q', '--quiet')
-                options%log_level = log_quiet
-            case ('-v', '--verbose')
-                options%log_level = log_verbose
+            case ('--check', '--keywords', '--markdown', '--version', '--help', '--quiet', '--verbose')
+                if (has_value) then
+                    call raise(error, status_input, 'option ' // name // ' takes no value')
+                else
+                    call take_switch(options, name)
+                end if
+            case ('-h')
+                call take_switch(options, '--help')
+            case ('-q')
+                call take_switch(options, '--quiet')
+            case ('-v')
+                call take_switch(options, '--verbose')
             case ('--restart', '--shard', '--merge', '--max-time')
                 call raise(error, status_input, 'option ' // name // ' is not available yet')
             case default
@@ -86,6 +84,29 @@ contains
             i = i + 1
         end do
     end subroutine read_command_line
+
+    pure subroutine take_switch(options, name)
+        type(options_t), intent(inout) :: options
+        character(*), intent(in) :: name
+
+        select case (name)
+        case ('--check')
+            options%check_only = .true.
+        case ('--keywords')
+            options%show_keywords = .true.
+        case ('--markdown')
+            options%show_keywords = .true.
+            options%as_markdown = .true.
+        case ('--version')
+            options%show_version = .true.
+        case ('--help')
+            options%show_help = .true.
+        case ('--quiet')
+            options%log_level = log_quiet
+        case ('--verbose')
+            options%log_level = log_verbose
+        end select
+    end subroutine take_switch
 
     function argument(number) result(word)
         integer, intent(in) :: number

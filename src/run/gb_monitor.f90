@@ -36,6 +36,7 @@ module gb_monitor
         type(extremes_t), allocatable :: extremes(:)
         type(task_t) :: task
         type(step_record_t) :: first, last
+        logical :: has_energy = .true.              !! whether every section has a stored energy
         integer :: iterations = 0, cuts = 0         !! of the running command
         real(wp) :: largest_energy = 0.0_wp         !! of the running command [F L]
         real(wp) :: largest_drift = 0.0_wp          !! of the energy balance from zero [F L]
@@ -66,6 +67,7 @@ contains
 
         self%log%level = log_level
         self%probes = problem%probes
+        self%has_energy = .not. problem%model%has_no_potential()
         allocate (self%extremes(size(self%probes)))
         self%sensors = [(place_sensor(problem%model%mesh, self%probes(i)), i=1, size(self%probes))]
         call self%results%open(problem, error)
@@ -134,8 +136,13 @@ contains
         case (task_modal)
             text = task%name // ': ' // to_text(task%count) // ' natural modes about the current state'
         case default
-            text = task%name // ': ' // task%scheme // ', step ' // to_text(task%step) // ' to time ' &
-                // to_text(task%end_time)
+            text = task%name // ': ' // task%scheme
+            if (task%accuracy > 0.0_wp) then
+                text = text // ', adaptive steps of accuracy ' // to_text(task%accuracy)
+            else
+                text = text // ', step ' // to_text(task%step)
+            end if
+            text = text // ' to time ' // to_text(task%end_time)
         end select
     end function task_heading
 
@@ -229,7 +236,8 @@ contains
         do i = 1, min(shown_probes, size(values))
             text = text // padded(to_text(values(i)), 14)
         end do
-        if (step%cuts > 0) text = text // '   cut ' // to_text(step%cuts) // ' times'
+        if (step%cuts == 1) text = text // '   cut once'
+        if (step%cuts > 1) text = text // '   cut ' // to_text(step%cuts) // ' times'
     end function step_line
 
     subroutine record_modes(self, frequency, modes, error)
@@ -269,6 +277,7 @@ contains
         at = ' at t = '
         if (self%task%kind == task_static) at = ' at load '
         do i = 1, size(self%probes)
+            if (self%task%kind == task_static .and. self%probes(i)%quantity /= quantity_displacement) cycle
             associate (probe => self%probes(i), e => self%extremes(i))
                 call self%log%line('  ' // probe%name // ': largest ' // to_text(e%largest) // at // &
                                    to_text(e%when_largest) // ', smallest ' // to_text(e%smallest) // at // &
@@ -292,6 +301,7 @@ contains
         class(monitor_t), intent(inout) :: self
         real(wp), parameter :: worrying_part = 0.01_wp
         real(wp) :: part
+        character(:), allocatable :: text
 
         associate (last => self%last)
             call self%log%line('  energy: kinetic ' // to_text(last%kinetic) // ', strain ' &
@@ -300,11 +310,16 @@ contains
         end associate
         if (self%largest_energy <= 0.0_wp) return
         part = self%largest_drift/self%largest_energy
-        if (part > worrying_part) then
-            call self%log%line('  warning: the energy balance drifts by ' // to_text(100.0_wp*part, 3) // &
-                               ' % of the largest energy (worst at t = ' // to_text(self%when_drift) // &
-                               '); compare with a smaller step or scheme energy')
+        if (part <= worrying_part) return
+        text = '  warning: the energy balance drifts by ' // to_text(100.0_wp*part, 3) &
+               // ' % of the largest energy (worst at t = ' // to_text(self%when_drift) // '); '
+        if (self%has_energy) then
+            text = text // 'compare with a smaller step'
+            if (self%task%scheme /= 'energy') text = text // ' or another scheme'
+        else
+            text = text // 'rule linear has no exact stored energy: compare with rule gauss'
         end if
+        call self%log%line(text)
     end subroutine report_energy
 
     subroutine note(self, text)

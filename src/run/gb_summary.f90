@@ -1,5 +1,6 @@
 !> The head of the log: what the program has understood of the deck.
 module gb_summary
+    use gb_kinds, only: wp
     use gb_text, only: to_text
     use gb_fields, only: n_fields, field_names
     use gb_section, only: material_t, section_t, rule_gauss, unlimited_jm
@@ -44,12 +45,27 @@ contains
                 // to_text(n_fields*model%mesh%n_nodes()) // ' unknowns, ' &
                 // to_text(count(model%fixed_fields())) // ' of them held')
             call print_supports(model, log)
-            call log%line('  ' // to_text(size(model%point_loads)) // ' point loads, ' // &
-                          to_text(size(model%distributed_loads)) // ' distributed loads, ' // &
-                          to_text(size(problem%probes)) // ' probes, ' // to_text(size(problem%tasks)) &
-                          // ' solution commands')
+            call log%line('  loads:' // counted(size(model%point_loads), 'point') &
+                // counted(size(model%distributed_loads), 'distributed') // counted(size(model%gravity), 'gravity') &
+                // counted(size(model%prescribed), 'prescribed') // counted(size(model%initial), 'initial'))
+            if (model%damping%mass > 0.0_wp .or. model%damping%stiffness > 0.0_wp) then
+                call log%line('  damping: mass ' // to_text(model%damping%mass) // ', stiffness ' &
+                    // to_text(model%damping%stiffness))
+            end if
+            call log%line('  ' // to_text(size(problem%probes)) // ' probes, ' // to_text(size(problem%tasks)) &
+                // ' solution commands')
         end associate
     end subroutine print_summary
+
+    !> " 2 point", or nothing where there are none.
+    pure function counted(number, what) result(text)
+        integer, intent(in) :: number
+        character(*), intent(in) :: what
+        character(:), allocatable :: text
+
+        text = ''
+        if (number > 0) text = ' ' // to_text(number) // ' ' // what
+    end function counted
 
     function material_words(material) result(text)
         type(material_t), intent(in) :: material

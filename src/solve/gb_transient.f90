@@ -210,7 +210,7 @@ contains
                 call raise(error, status_solution, ' failed from t = ' // to_text(state%time) // ' to ' &
                     // to_text(until) // ' after ' // to_text(parts%max_level) // ' cuts: ' &
                     // failure_reason(system, stepper%report, stepper%trial%u, mesh%x) &
-                    // '. Try a smaller step=, or a scheme that damps (bathe) or conserves (energy)')
+                    // advice(system, stepper))
                 return
             end if
             call stepper%commit(system, external, at_event .and. part >= 1.0_wp, state, error)
@@ -218,6 +218,19 @@ contains
             call parts%accept()
         end do
     end subroutine walk
+
+    !> What to try after a failure.
+    function advice(system, stepper) result(text)
+        type(system_t), intent(in) :: system
+        type(stepper_t), intent(in) :: stepper
+        character(:), allocatable :: text
+
+        text = '. Try a smaller step='
+        if (stepper%scheme%is_explicit .or. stepper%scheme%stages > 1) return
+        if (.not. stepper%scheme%has_symmetric_tangent) return
+        text = text // ', or a scheme that damps (bathe)'
+        if (system%symmetric) text = text // ' or conserves (energy)'
+    end function advice
 
     !> Steps whose local error, relative to the largest displacement so far, stays below task%accuracy. The
     !> error of two half steps is estimated from the difference to one whole step (a third of it, for schemes

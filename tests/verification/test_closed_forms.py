@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from closed_forms import Gent, Section, bending_frequencies
+from closed_forms import Gent, Section, bending_frequencies, bending_matrices
 from gentbeam_runs import solve
 
 # Constants of the paper's second example, with and beside the width and thickness 1.
@@ -157,7 +157,7 @@ def test_bar_frequencies_about_a_stretched_state(l1, jm):
     """
     material, section = Gent(MU, C, jm=jm, rho=1e-3), Section(1.0, 0.001 * LENGTH)
     force = material.uniaxial(l1)[1] * section.area
-    lines = [f"FIX u1 x={0.025 * i * LENGTH!r}" for i in range(1)]
+    lines = ["FIX u1 x=0"]
     lines += [f"FIX u3 y1 xi x={LENGTH * i / 40!r}" for i in range(41)]
     lines += [f"POINT x={LENGTH} f1={force!r}"] if l1 != 1.0 else []
     lines += ["END"] + (["STATIC steps=10"] if l1 != 1.0 else []) + ["MODAL count=3", "STOP", ""]
@@ -198,7 +198,7 @@ def test_cut_off_frequencies_of_the_thickness(free, inertia, factor, jm):
     uniform = [
         frequency
         for frequency, mode in zip(modal.frequency, modal.modes)
-        if np.ptp(mode[:, 2:].sum(axis=1)) < 1e-6 * np.abs(mode[:, 2:]).max() > 0.0
+        if all(np.ptp(column) < 1e-6 * np.abs(mode).max() for column in mode.T)
     ]
     assert np.min(np.abs(np.array(uniform) / expected - 1.0)) < 1e-10
 
@@ -229,8 +229,6 @@ def test_bending_frequencies_of_a_simply_supported_strip(inertia):
 
 
 def without_rotary_inertia(material, section, k):
-    from closed_forms import bending_matrices
-
     stiffness, mass = bending_matrices(material, section, k, 1.0)
     condensed = stiffness[0, 0] - stiffness[0, 1:] @ np.linalg.solve(stiffness[1:, 1:], stiffness[1:, 0])
     return np.sqrt(condensed / mass[0, 0])
