@@ -141,10 +141,10 @@ setup_python() {
     make_venv /usr/bin/python3
 }
 
-# build PRESET: configures and builds it.
+# build PRESET [OPTION...]: configures and builds it; options go to cmake --build.
 build() {
     stage "configure (preset $1)"
     (cd "$root" && quietly cmake --preset "$1" -DPython3_EXECUTABLE="$venv/bin/python")
     stage "build (preset $1)"
-    (cd "$root" && cmake --build --preset "$1")
+    (cd "$root" && cmake --build --preset "$@")
 }

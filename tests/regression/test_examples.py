@@ -8,8 +8,8 @@ from conftest import INPUT
 
 DATA = Path(__file__).parent / "data"
 
-# Largest u3(L)/L over the steps of input/cantilever.inp (10 elements, step 1.35e-4 to 1.35e-2), by independent
-# code.
+# Largest u3(L)/L over the steps of input/cantilever.inp (10 elements, step 1.35e-4 to 1.35e-2), by
+# independent code.
 LARGEST = {
     "gauss": {"1e20": 0.60283, "10": 0.58226, "5": 0.56586, "2": 0.52976, "1": 0.49394, "0.5": 0.46083},
     "linear": {"1e20": 0.60161, "10": 0.58210, "5": 0.56645, "2": 0.53235, "1": 0.49902, "0.5": 0.46692},
@@ -54,10 +54,11 @@ def distances(gentbeam, name, jm, step):
 
 
 # Bounds of the distance with the deck's step and with a quarter of it, and of what the largest value is off.
-# The second is the model's own error, since smaller steps do not change it: the section follows X3 + xi X3^2 only,
-# its ends and supports are held in a line and not over a face, and a frequency that is a little too high adds up
-# over the periods. It is largest where the motion is small beside the rest of the beam: at B in the unloaded
-# span, and at `mid` and `span` of the third example, whose axial waves the deck's step does not resolve.
+# The second is the model's own error, since smaller steps do not change it: the section follows X3 + xi X3^2
+# only, its ends and supports are held in a line and not over a face, and a frequency that is a little too
+# high adds up over the periods. It is largest where the motion is small beside the rest of the beam: at B in
+# the unloaded span, and at `mid` and `span` of the third example, whose axial waves the deck's step does not
+# resolve.
 BODIES = [
     ("cantilever", "1e20", {"tip": (0.015, 0.008, 0.004), "tip_u1": (0.031, 0.010, 0.005)}),
     ("cantilever", "1", {"tip": (0.015, 0.014, 0.007), "tip_u1": (0.030, 0.020, 0.012)}),
