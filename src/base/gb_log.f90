@@ -1,9 +1,9 @@
 !> The log on standard output and the progress bar on standard error.
 module gb_log
-    use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
+    use, intrinsic :: iso_fortran_env, only: error_unit
     use gb_kinds, only: wp, i8
-    use gb_posix, only: standard_error_is_terminal
-    use gb_text, only: to_text
+    use gb_posix, only: standard_error_is_terminal, write_output
+    use gb_text, only: to_text, newline
     implicit none
     private
 
@@ -31,13 +31,12 @@ contains
     subroutine line(self, text)
         class(log_t), intent(inout) :: self
         character(*), intent(in) :: text
-        integer :: info
+        logical :: failed
 
         if (self%level < log_normal) return
         call self%clear_bar()
-        write (output_unit, '(a)', iostat=info) text
-        if (info == 0) flush (output_unit, iostat=info)
-        self%has_failed = self%has_failed .or. info /= 0
+        call write_output(text // newline, failed)
+        self%has_failed = self%has_failed .or. failed
     end subroutine line
 
     !> A line for --verbose only.

@@ -3,7 +3,7 @@
 module gb_check_model
     use gb_diagnostics, only: diagnostics_t, span_t
     use gb_draft, only: draft_t, line_place_t, place_t, space_material, space_section, space_names
-    use gb_fields, only: n_fields, field_names, field_u1, field_u3, field_y1
+    use gb_fields, only: n_fields, field_names, field_u1, field_u3, field_y1, field_xi
     use gb_kinds, only: wp, i8
     use gb_mesh, only: line_t, build_mesh
     use gb_text, only: to_text, upper_case
@@ -305,7 +305,7 @@ contains
         character(:), allocatable :: words
         logical :: held(n_fields), two_places
         real(wp) :: u3_at, x
-        character(40) :: motions(3)
+        character(60) :: motions(4)
         logical :: fixed(n_fields)
         integer :: i
 
@@ -335,7 +335,20 @@ contains
             motions(3) = 'turn'
             if (held(field_u3)) motions(3) = 'turn about x = ' // to_text(u3_at, 12)
         end if
+        if (has_free_xi(draft, held)) motions(4) = 'let xi alternate (rule=linear: hold it by FIX xi)'
         if (any(motions /= '')) words = 'it can still ' // join_words(pack(motions, motions /= ''), 'and')
     end function free_motion
+
+    !> Rule `linear` has no term of xi', and with reduced integration one pattern of xi vanishes at all points: it
+    !> has no stiffness unless xi is held somewhere, or an element has another rule or full integration.
+    pure logical function has_free_xi(draft, held)
+        type(draft_t), intent(in) :: draft
+        logical, intent(in) :: held(n_fields)
+
+        associate (model => draft%problem%model)
+            has_free_xi = .not. (held(field_xi) .or. any(model%mesh%full_integration))
+            if (has_free_xi) has_free_xi = .not. model%has_potential_somewhere()
+        end associate
+    end function has_free_xi
 
 end module gb_check_model

@@ -2,7 +2,7 @@
 module gb_results
     use gb_kinds, only: wp, i8
     use gb_error, only: error_t, raise, status_file
-    use gb_posix, only: try_to_write
+    use gb_posix, only: claim_file, try_to_write
     use gb_text, only: to_text
     use gb_results_header, only: write_header, write_units, write_mesh
     use gb_fields, only: n_fields, field_names, field_length_power
@@ -72,6 +72,7 @@ contains
         class(results_t), intent(inout) :: self
         type(problem_t), intent(in) :: problem
         type(error_t), allocatable, intent(out) :: error
+        character(:), allocatable :: reason
 
         self%path = problem%output%file // '.h5'
         self%units = problem%model%units
@@ -79,8 +80,11 @@ contains
         self%nodes = problem%model%mesh%n_nodes()
         self%has_fields = [problem%output%u, problem%output%v, problem%output%a]
         allocate (self%probes(size(problem%probes)))
-        call try_to_open(self%path, error)
-        if (allocated(error)) return
+        reason = claim_file(self%path)
+        if (len(reason) > 0) then
+            call raise(error, status_file, 'cannot write the results file ' // self%path // ': ' // reason)
+            return
+        end if
         call create_file(self%path, self%file, error)
         if (allocated(error)) then
             call self%fail(error)
@@ -94,34 +98,6 @@ contains
         if (allocated(error)) call self%fail(error)
         call system_clock(self%last_flush)
     end subroutine open_results
-
-    !> The system's own words for why a file cannot be written; HDF5 would not tell them.
-    subroutine try_to_open(path, error)
-        character(*), intent(in) :: path
-        type(error_t), allocatable, intent(out) :: error
-        character(256) :: reason
-        integer :: unit, info
-
-        open (newunit=unit, file=path, access='stream', action='readwrite', status='unknown', iostat=info, &
-            iomsg=reason)
-        if (info /= 0) then
-            call raise(error, status_file, 'cannot write the results file ' // path // ': ' &
-                // trim(system_reason(reason)))
-            return
-        end if
-        close (unit)
-    end subroutine try_to_open
-
-    !> "Cannot open file 'x': No such file or directory" -> "No such file or directory".
-    pure function system_reason(message) result(reason)
-        character(*), intent(in) :: message
-        character(:), allocatable :: reason
-        integer :: mark
-
-        mark = index(trim(message), ''': ', back=.true.)
-        reason = trim(message)
-        if (mark > 0) reason = trim(message(mark + 3:))
-    end function system_reason
 
     !> Turn HDF5's failure into a sentence with the file's name and the system's reason: a write beside the
     !> file meets the same trouble and is told why.

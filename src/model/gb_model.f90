@@ -2,7 +2,7 @@
 !> solved.
 module gb_model
     use gb_kinds, only: wp
-    use gb_section, only: material_t, section_t
+    use gb_section, only: material_t, section_t, rule_linear
     use gb_mesh, only: line_t, mesh_t
     use gb_history, only: history_t
     use gb_load, only: support_t, prescribed_t, point_load_t, distributed_load_t, gravity_t, initial_t, &
@@ -33,6 +33,7 @@ module gb_model
     contains
         procedure :: fixed_fields
         procedure :: has_no_potential
+        procedure :: has_potential_somewhere
     end type model_t
 
 contains
@@ -58,10 +59,16 @@ contains
     !> Whether some element's internal force is not the gradient of an energy (rule `linear`): its tangent is
     !> unsymmetric.
     pure logical function has_no_potential(self)
-        use gb_section, only: rule_linear
         class(model_t), intent(in) :: self
 
         has_no_potential = any(self%sections(self%mesh%section)%rule == rule_linear)
     end function has_no_potential
+
+    !> Whether some element's internal force is the gradient of an energy.
+    pure logical function has_potential_somewhere(self)
+        class(model_t), intent(in) :: self
+
+        has_potential_somewhere = any(self%sections(self%mesh%section)%rule /= rule_linear)
+    end function has_potential_somewhere
 
 end module gb_model

@@ -6,6 +6,7 @@ module gb_run
     use gb_text, only: to_text
     use gb_version, only: program_version, git_revision
     use gb_log, only: log_t
+    use gb_posix, only: ignore_write_signals
     use gb_threads, only: use_one_blas_thread
     use gb_problem, only: problem_t, task_static, task_modal
     use gb_state, only: state_t
@@ -33,6 +34,7 @@ contains
         type(options_t) :: options
         type(error_t), allocatable :: error
 
+        call ignore_write_signals()
         status = status_ok
         call read_command_line(options, error)
         if (.not. allocated(error)) then

@@ -36,6 +36,7 @@ module gb_band
         procedure :: row_bound
         procedure :: factorise
         procedure :: solve
+        procedure :: weakest_pivot
     end type band_t
 
 contains
@@ -205,5 +206,30 @@ contains
                 self%n, info)
         end if
     end subroutine solve
+
+    !> The unknown whose pivot is smallest beside its diagonal element, and that ratio: near round-off where a
+    !> mechanism has passed the factorisation.
+    pure subroutine weakest_pivot(self, unknown, ratio)
+        class(band_t), intent(in) :: self
+        integer, intent(out) :: unknown
+        real(wp), intent(out) :: ratio
+        real(wp) :: pivot, part
+        integer :: j
+
+        ratio = huge(ratio)
+        unknown = 0
+        do j = 1, self%n
+            if (self%is_cholesky) then
+                pivot = self%cholesky(0, j)**2
+            else
+                pivot = abs(self%lu(2*self%kd + 1, j))
+            end if
+            part = pivot/max(abs(self%a(0, j)), tiny(1.0_wp))
+            if (part < ratio) then
+                ratio = part
+                unknown = j
+            end if
+        end do
+    end subroutine weakest_pivot
 
 end module gb_band

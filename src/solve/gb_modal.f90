@@ -7,7 +7,7 @@ module gb_modal
     use gb_text, only: to_text
     use gb_lapack, only: dsygv
     use gb_band, only: band_t
-    use gb_fields, only: n_fields
+    use gb_fields, only: n_fields, field_xi
     use gb_model, only: model_t
     use gb_problem, only: task_t
     use gb_state, only: state_t
@@ -52,6 +52,11 @@ contains
         massive = size(pack(system%fixed, .not. (system%fixed .or. system%massless)))
         count = min(task%count, massive)
         if (count < task%count) call recorder%note('MODAL: the model has only ' // to_text(count) // ' modes')
+        if (.not. (model%has_potential_somewhere() .or. any(model%mesh%full_integration) &
+            .or. any(system%fixed(field_xi::n_fields)))) then
+            call recorder%note('MODAL: rule linear leaves one pattern of xi without stiffness where no node ' &
+                // 'holds xi: a mode of zero frequency that is none of the beam')
+        end if
         call find_shift(k, m, frequency_scale(model), shift, error)
         if (allocated(error)) return
         call iterate_subspace(k, m, shift, count, massive, lambda, modes, error)

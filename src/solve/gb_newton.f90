@@ -44,6 +44,8 @@ module gb_newton
     real(wp), parameter :: smallest_part = 1.0e-3_wp
     !> Increments beyond this multiple of the fields' natural size are no approximation to anything.
     real(wp), parameter :: largest_part = 1.0e6_wp
+    !> A pivot of this part of its diagonal element, where the increments are beyond measure, is a mechanism's.
+    real(wp), parameter :: mechanism_part = 1.0e-13_wp
     integer, parameter :: max_halvings = 40
 
 contains
@@ -92,6 +94,7 @@ contains
         logical, intent(in) :: searching
         real(wp), intent(inout) :: u(:)
         type(newton_report_t), intent(out) :: report
+        real(wp) :: pivot_part
         logical :: admissible
         integer :: iteration, singular
 
@@ -120,6 +123,8 @@ contains
             report%iterations = iteration
             if (is_beyond_measure(self, system)) then
                 report%outcome = newton_diverged
+                call self%k%weakest_pivot(report%singular_unknown, pivot_part)
+                if (pivot_part < mechanism_part) report%outcome = newton_singular
                 return
             end if
             report%increments = [report%increments, scaled_increment(self, system, u)]

@@ -1,4 +1,4 @@
-"""The results file: all groups, datasets and attributes of docs/results.md; the same deck gives the same bits."""
+"""The results file: all of docs/results.md is there; the same deck gives the same bits."""
 
 import os
 import re

@@ -47,7 +47,12 @@ class Scene:
 
 
 def pull_to_locking(jm, part=0.95, c_over_mu=0.5):
-    """Stress over mu of plane uniaxial tension with I1-2 = part*jm (beta = -2): sigma33 = 0 fixes the stretches."""
+    """Sudden force over mu A whose work as far as I1-2 = part*jm is the energy stored there (beta = -2).
+
+    Plane uniaxial tension: sigma33 = 0 fixes the stretches. The force that holds the strip there at rest is ten
+    times as large; let go at once, it would bring I1-2 to within 1e-14 of jm, since the energy's barrier is a
+    logarithm.
+    """
     limit = 2.0 + part * jm
 
     def thickness_stress(l3):
@@ -59,7 +64,9 @@ def pull_to_locking(jm, part=0.95, c_over_mu=0.5):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if thickness_stress(middle) > 0.0 else (middle, high)
     l1 = math.sqrt(limit - low**2)
-    return (l1**2 - low**2) / (l1 * (1.0 - part))
+    j = l1 * low
+    stored = -0.5 * jm * math.log(1.0 - part) - math.log(j) + 0.25 * c_over_mu * (j**2 - 1.0 - 2.0 * math.log(j))
+    return stored / (l1 - 1.0)
 
 
 CANTILEVER_STEPS = (5.4e-4, 2.7e-4, 1.35e-4, 6.75e-5, 3.375e-5)

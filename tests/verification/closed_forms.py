@@ -109,19 +109,19 @@ def bending_matrices(material, section, k, l1):
     """Stiffness and mass of the wave u3 = W sin kx, y1 = Y cos kx, xi = X sin kx on a beam stretched to l1.
 
     Second variation of the beam's potential about a uniform state: first-order strains F11: X3 y1',
-    F13: y1, F31: u3' + l3 X3^2 xi', F33: 2 l3 X3 xi; second-order F11: X3^2 xi' y1. Inertia is `diagonal`.
+    F13: y1, F31: u3' + l3 X3^2 xi', F33: 2 l3 X3 xi. The one second-order strain at a stress, F11: X3^2 (xi y1)', sums
+    to nothing over half a wave. Inertia is `diagonal`.
     The wave meets the supports u3 = xi = 0 exactly, and, a quarter of it, u3 = y1 = 0 beside xi = 0.
     """
     l3 = material.thickness_stretch(l1)
     a, b = material.a(l1, l3), material.b(l1, l3)
     e11, e13, e33 = material.moduli(l1, l3)
-    p11 = material.stress(l1, l3)[0]
     area, second, fourth = section.area, section.second, section.fourth
     cross = -b / (l1 * l3)
     stiffness = np.array(
         [
             [a * area * k**2, cross * area * k, a * second * k**2 * l3],
-            [0.0, a * area + e11 * second * k**2, (cross * l3 + p11 - 2.0 * e13 * l3) * second * k],
+            [0.0, a * area + e11 * second * k**2, (cross - 2.0 * e13) * l3 * second * k],
             [0.0, 0.0, (a * fourth * k**2 + 4.0 * e33 * second) * l3**2],
         ]
     )

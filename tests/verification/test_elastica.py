@@ -17,13 +17,17 @@ UNIFORM_LOAD = {2.85: (0.06268300, 0.32546813, 0.44330454), 10: (0.34364624, 0.7
 
 
 def tip(load, slenderness, elements=16, nodes=4):
-    """Shortening and deflection by the length, and the director's angle, at the tip."""
+    """Shortening and deflection by the length, and the director's angle, at the tip.
+
+    The root holds the line and the director's angle alone: CLAMP also holds the thickness, and stiffens a
+    stretch as long as the beam is thick.
+    """
     deck = f"""GENTBEAM elastica
 PARAMETER h={1.0 / slenderness!r} E=12000 EI=E*h^3/12
 MATERIAL m elastic e=E nu=0.3 rho=1
 SECTION s rectangle b=1 h=h
 LINE from=0 to=1 elements={elements} nodes={nodes}
-CLAMP x=0
+FIX u1 u3 y1 x=0
 {load}
 END
 STATIC steps=20
@@ -44,7 +48,7 @@ def test_uniform_load(load):
     assert tip(f"DISTRIBUTED from=0 to=1 q3={load}*EI", 2000) == pytest.approx(UNIFORM_LOAD[load], rel=3e-6)
 
 
-@pytest.mark.parametrize("elements, nodes", [(64, 2), (24, 3), (12, 4), (8, 5)])
+@pytest.mark.parametrize("elements, nodes", [(64, 2), (64, 3), (16, 4), (8, 5)])
 def test_every_element_reaches_it(elements, nodes):
     found = tip("POINT x=1 f3=10*EI", 2000, elements, nodes)
     assert found == pytest.approx(TIP_FORCE[10], rel=2e-3 if nodes == 2 else 1e-5)
