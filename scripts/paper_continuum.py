@@ -1,8 +1,8 @@
 """The paper's strips as two-dimensional continua: no beam assumption, and no line shared with gentbeam.
 
-Biquadratic quadrilaterals on the whole strip, 3 x 3 Gauss points, the Gent energy with beta = -2, a diagonal mass
-(the nodes' own Simpson weights) and explicit central differences from rest. Loads are dead, sudden and spread
-evenly through the thickness; a support inside the strip holds the mean displacement of its section.
+Biquadratic quadrilaterals on the whole strip, 3 x 3 Gauss points, the Gent energy with beta = -2, a diagonal
+mass (the nodes' own Simpson weights) and explicit central differences from rest. Loads are dead, sudden and
+spread evenly through the thickness; a support inside the strip holds the mean displacement of its section.
 """
 
 from dataclasses import dataclass

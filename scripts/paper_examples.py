@@ -189,7 +189,7 @@ class Curve:
         return Curve(self.time[keep], self.values[keep])
 
     def extreme(self, sign=0):
-        """The largest deflection (by size, or on the side of `sign`) and its time, between the rows as well."""
+        """The largest value (by size, or on the side of `sign`) and its time, between the rows as well."""
         sizes = np.abs(self.values) if sign == 0 else sign * self.values
         row = int(sizes.argmax())
         if not 0 < row < len(sizes) - 1:

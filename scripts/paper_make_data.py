@@ -50,9 +50,10 @@ def main():
             for jm in MADE[number]:
                 histories, balance = jobs[number, jm].result()
                 comments = (
-                    f"2D continuum, Gent energy, jm = {jm_text(jm)}, made by scripts/paper_make_data.py: {across}"
-                    f" biquadratic elements through the thickness, energy balance {balance:.1e}",
-                    f"for jm = {jm_text(checked)} apart from the independent history (relative L2) by {apart}",
+                    f"2D continuum, Gent energy, jm = {jm_text(jm)}, made by scripts/paper_make_data.py: "
+                    f"{across} biquadratic elements through the thickness, energy balance {balance:.1e}",
+                    f"for jm = {jm_text(checked)} apart from the independent history (relative L2) "
+                    f"by {apart}",
                 )
                 write_continuum(example, jm, histories, comments)
                 print(f"wrote {example.continuum_file(jm)}")

@@ -135,7 +135,7 @@ def markdown_table(header, rows):
 def numeric_columns(header, rows):
     """Which columns hold numbers (with signs and per cent, or dashes) and no words."""
     return [
-        all(re.fullmatch(r"[-−+.\d\s%–∞]*", plain(row[column])) for row in rows)
+        all(re.fullmatch(r"[-−+.\de\s%–∞]*", plain(row[column])) for row in rows)
         for column in range(len(header))
     ]
 
@@ -145,7 +145,7 @@ def one_line(text):
 
 
 def first_sentence(text):
-    return re.split(r"(?<=[.:])\s", text, maxsplit=1)[0]
+    return re.split(r"(?<=\.)\s", text, maxsplit=1)[0]
 
 
 def plain(text):

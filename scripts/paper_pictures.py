@@ -1,13 +1,13 @@
 """The pictures of the report on the paper."""
 
 from matplotlib.ticker import MaxNLocator
+from PIL import Image
 
 from gentbeam_pictures import COLOURS, MILLIMETRES, STYLE, UNLIMITED_JM, plt, symbol
 from plot_tip import label_lines
 
 WIDTH = 160.0
 RESOLUTION = 220
-FORMATS = ("png", "pdf")
 CONTINUUM = {"color": "#000000", "linestyle": (0, (2.2, 1.8)), "linewidth": 0.9, "zorder": 3}
 SMALL = 7.5
 # From the softest of a family to the stiffest.
@@ -22,16 +22,20 @@ def jm_label(jm):
 
 def shades(family):
     """A colour for every jm; the softest and the stiffest have the same in every family."""
-    middle = SHADES[1 : len(family) - 1]
-    return dict(zip(family, (SHADES[0], *middle, SHADES[-1])))
+    apart = (len(SHADES) - 1) / (len(family) - 1)
+    return {jm: SHADES[round(i * apart)] for i, jm in enumerate(family)}
 
 
 def save(figure, folder, name):
-    for ending in FORMATS:
-        metadata = {"CreationDate": None} if ending == "pdf" else None
-        figure.savefig(folder / f"{name}.{ending}", dpi=RESOLUTION, metadata=metadata)
+    """As PDF, and as PNG of few colours, which takes a third of the room; the latter's path."""
+    figure.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None})
+    path = folder / f"{name}.png"
+    figure.savefig(path, dpi=RESOLUTION)
     plt.close(figure)
-    return folder / f"{name}.png"
+    with Image.open(path) as picture:
+        fewer = picture.convert("RGB").quantize(128)
+    fewer.save(path, optimize=True)
+    return path
 
 
 def new_figure(height, *grid, **options):
@@ -67,7 +71,9 @@ def draw_family(folder, name, family, deck, fine, continuum, ylabel, unit):
         end = deck[family[0]].time[-1]
         for axis, jm in zip(axes[1:], (family[0], family[-1])):
             ours, theirs = fine[jm].until(end), continuum[jm].until(end)
-            axis.plot(ours.time, ours.values, color="#D55E00", linewidth=1.4, label="gentbeam, fine mesh and step")
+            axis.plot(
+                ours.time, ours.values, color=SHADES[-1], linewidth=1.4, label="gentbeam, fine mesh and step"
+            )
             axis.plot(theirs.time, theirs.values, label="2D continuum", **CONTINUUM)
             dress(axis, ylabel)
             corner(axis, jm_label(jm))
@@ -130,7 +136,8 @@ def draw_mesh(folder, name, meshes, panels, family):
             axis.set_xticks(meshes[::2])
             axis.set_xlabel("Elements")
         axes[0].set_ylabel("Relative to 28 elements")
-        figure.legend(*axes[0].get_legend_handles_labels(), frameon=False, ncols=5, loc="outside lower center")
+        lines = axes[0].get_legend_handles_labels()
+        figure.legend(*lines, frameon=False, ncols=5, loc="outside lower center")
         return save(figure, folder, name)
 
 
@@ -159,5 +166,6 @@ def draw_stiffening(folder, name, panels):
             axis.set_ylim(0.0, 32.0)
             corner(axis, title)
         axes[0].set_ylabel("Smaller by (%)")
-        figure.legend(*axes[0].get_legend_handles_labels(), frameon=False, ncols=4, loc="outside upper center")
+        lines = axes[0].get_legend_handles_labels()
+        figure.legend(*lines, frameon=False, ncols=4, loc="outside upper center")
         return save(figure, folder, name)

@@ -5,7 +5,7 @@ module gb_text
     private
 
     public :: lower_case, upper_case, to_text, exact_text, fixed_text, hexadecimal, edit_distance, &
-        nearest_name
+        nearest_name, end_of_character
 
     character(1), parameter, public :: newline = achar(10)
 
@@ -188,5 +188,17 @@ contains
             end if
         end do
     end function nearest_name
+
+    !> Last byte of the UTF-8 character that starts at `first`.
+    pure integer function end_of_character(text, first, bound) result(last)
+        character(*), intent(in) :: text
+        integer, intent(in) :: first, bound
+
+        last = first
+        do while (last < bound)
+            if (iand(ichar(text(last + 1:last + 1)), 192) /= 128) exit
+            last = last + 1
+        end do
+    end function end_of_character
 
 end module gb_text

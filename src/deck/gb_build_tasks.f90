@@ -30,6 +30,11 @@ contains
         type(probe_t) :: probe
         integer :: number, i
 
+        if (lower_case(command%name) == 'time') then
+            call diagnostics%add(command%name_at, quoted(command%name) // &
+                                 ' is a name of the results file itself: choose another')
+            return
+        end if
         call draft%define(space_probe, command, diagnostics, number)
         if (number == 0) return
         probe%name = command%name

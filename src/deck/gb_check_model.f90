@@ -31,9 +31,11 @@ contains
         end if
         call fill_in(draft, space_material, diagnostics)
         call fill_in(draft, space_section, diagnostics)
-        if (draft%lines_lost .or. draft%incomplete) return
+        if (draft%lines_lost) return
         call join_lines(draft, diagnostics)
         if (draft%lines_lost) return
+        ! What was not understood may have been a support, and a line beyond the ends, but none in between.
+        draft%supports_lost = draft%supports_lost .or. draft%incomplete
         call check_places(draft, diagnostics)
         call check_driven(draft, diagnostics)
         call check_initial(draft, diagnostics)
@@ -93,8 +95,8 @@ contains
             nodes = 1 + sum(int(lines(:n)%elements, i8)*(lines(:n)%nodes - 1))
             do i = 2, n
                 if (abs(lines(i)%from - lines(i - 1)%to) <= same_place*total) cycle
-                call report_joint(lines(i - 1), lines(i), draft%line_places(i - 1), draft%line_places(i), &
-                    diagnostics)
+                if (.not. draft%incomplete) call report_joint(lines(i - 1), lines(i), &
+                    draft%line_places(i - 1), draft%line_places(i), diagnostics)
                 draft%lines_lost = .true.
             end do
             if (draft%lines_lost) return
@@ -190,6 +192,7 @@ contains
                 associate (place => draft%places(i), first => mesh%x(1), last => mesh%x(mesh%n_nodes()))
                     if (place%x < first - same_place*mesh%length() .or. &
                         place%x > last + same_place*mesh%length()) then
+                        if (draft%incomplete) cycle
                         call diagnostics%add(place%at, 'x = ' // to_text(place%x, 12) // &
                                              ' is not on the beam, which goes from ' // &
                                              to_text(first, 12) // ' to ' // to_text(last, 12), &
@@ -339,8 +342,8 @@ contains
         if (any(motions /= '')) words = 'it can still ' // join_words(pack(motions, motions /= ''), 'and')
     end function free_motion
 
-    !> Rule `linear` has no term of xi', and with reduced integration one pattern of xi vanishes at all points: it
-    !> has no stiffness unless xi is held somewhere, or an element has another rule or full integration.
+    !> Rule `linear` has no term of xi', and with reduced integration one pattern of xi vanishes at all
+    !> points: it has no stiffness unless xi is held somewhere, or an element has another rule or full integration.
     pure logical function has_free_xi(draft, held)
         type(draft_t), intent(in) :: draft
         logical, intent(in) :: held(n_fields)

@@ -11,9 +11,10 @@ module gb_expression
     use gb_diagnostics, only: span_t, quoted
     use gb_lexer, only: skip_filler
     use gb_names, only: name_table_t, max_name
+    use gb_number, only: read_number, byte_at, digits, letters
     use gb_program, only: program_t, instruction_t, op_constant, op_variable, op_add, op_subtract, &
         op_multiply, op_divide, op_power, op_negate, op_function, function_names, function_arguments
-    use gb_text, only: lower_case, to_text
+    use gb_text, only: lower_case, to_text, end_of_character
     implicit none
     private
 
@@ -35,6 +36,7 @@ module gb_expression
         character(:), allocatable :: message    !! empty: a parameter it uses has been reported before
         character(:), allocatable :: hint
         character(:), allocatable :: unknown    !! a name that means nothing: something like it may be meant
+        logical :: called = .false.             !! it stands before a parenthesis, as a function does
         type(span_t) :: other                   !! a second place, see `note`
         character(:), allocatable :: note
     end type expression_t
@@ -58,9 +60,6 @@ module gb_expression
     end type operand_t
 
     integer, parameter :: deepest = 100         !! nested parentheses, powers and calls
-    integer, parameter :: longest_number = 400
-    character(*), parameter :: digits = '0123456789'
-    character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
 
     public :: compile_expression, define_parameter, is_reserved
 
@@ -227,7 +226,7 @@ contains
         if (first > reader%last) then
             call complain_of_end(reader, text)
         else if (scan(next, digits // '.') > 0) then
-            call read_number(reader, text)
+            call take_number(reader, text)
         else if (scan(next, letters) > 0) then
             call read_name(reader, text, parameters, whole)
         else if (next == '(') then
@@ -436,129 +435,22 @@ contains
         end if
     end subroutine complain_of_result
 
-    !> A number as people and Fortran write it: 10, .5, 1.35e-4, 1.35d-4.
-    pure subroutine read_number(reader, text)
+    pure subroutine take_number(reader, text)
         type(reader_t), intent(inout) :: reader
         character(*), intent(in) :: text
-        integer :: first, place, last, exponent_at
+        character(:), allocatable :: message
         real(wp) :: value
-        logical :: fits
+        integer :: first, next
 
         first = reader%place
-        last = reader%last
-        place = after_digits(text, first, last)
-        if (byte(text, place, last) == '.') place = after_digits(text, place + 1, last)
-        exponent_at = 0
-        if (scan(byte(text, place, last), 'eEdD') > 0) then
-            exponent_at = place
-            place = place + 1
-            if (scan(byte(text, place, last), '+-') > 0) place = place + 1
-            if (after_digits(text, place, last) == place) then
-                call complain(reader, first, place - 1, 'the exponent has no digits')
-                return
-            end if
-            place = after_digits(text, place, last)
-        end if
-        call advance(reader, text, place)
-        if (scan(byte(text, place, last), letters // digits // '._') > 0) then
-            do while (scan(byte(text, place, last), letters // digits // '._') > 0)
-                place = place + 1
-            end do
-            call complain(reader, first, place - 1, quoted(text(first:place - 1)) // ' is not a number')
-        else if (text(first:place - 1) == '.') then
-            call complain(reader, first, first, "'.' is not a number")
-        else if (place - first > longest_number) then
-            call complain(reader, first, place - 1, 'this number has more than ' // &
-                to_text(longest_number) // ' characters')
+        call read_number(text(:reader%last), first, next, value, message)
+        call advance(reader, text, next)
+        if (len(message) > 0) then
+            call complain(reader, first, next - 1, message)
         else
-            call convert(text(first:place - 1), merge(exponent_at - first + 1, 0, exponent_at > 0), value, &
-                fits)
-            if (fits) then
-                call emit(reader, op_constant, value, 1)
-            else
-                call complain(reader, first, place - 1, quoted(text(first:place - 1)) // &
-                              ' is beyond the largest number, ' // to_text(huge(value), 4))
-            end if
+            call emit(reader, op_constant, value, 1)
         end if
-    end subroutine read_number
-
-    !> Value of a well-formed number. The decimal exponent is looked at first: the runtime library would
-    !> overflow.
-    pure subroutine convert(number, mark, value, fits)
-        character(*), intent(in) :: number
-        integer, intent(in) :: mark             !! place of the exponent's letter, 0 without
-        real(wp), intent(out) :: value
-        logical, intent(out) :: fits
-        character(17), parameter :: largest = '17976931348623157'      !! digits of huge(value)
-        character(:), allocatable :: mantissa
-        character(longest_number + 16) :: buffer
-        integer :: exponent, leading, point, first, status
-
-        mantissa = number
-        exponent = 0
-        if (mark > 0) then
-            mantissa = number(:mark - 1)
-            exponent = bounded_integer(number(mark + 1:))
-        end if
-        value = 0.0_wp
-        fits = .true.
-        first = verify(mantissa, '0.')
-        if (first == 0) return
-        point = index(mantissa // '.', '.')
-        leading = exponent + merge(point - first - 1, point - first, first < point)
-        fits = leading <= range(value) + 1
-        if (leading == range(value) + 1) fits = leading_digits(mantissa(first:)) <= largest
-        if (.not. fits .or. leading < -range(value) - 20) return
-        buffer = mantissa // 'e' // to_text(exponent)
-        read (buffer, *, iostat=status) value
-        fits = status == 0
-    end subroutine convert
-
-    !> The first 17 digits of a mantissa, its point left out.
-    pure character(17) function leading_digits(mantissa)
-        character(*), intent(in) :: mantissa
-        integer :: i, n
-
-        leading_digits = repeat('0', 17)
-        n = 0
-        do i = 1, len(mantissa)
-            if (mantissa(i:i) == '.') cycle
-            if (n == 17) exit
-            n = n + 1
-            leading_digits(n:n) = mantissa(i:i)
-        end do
-    end function leading_digits
-
-    !> A whole number whose size beyond a million does not matter.
-    pure integer function bounded_integer(text) result(number)
-        character(*), intent(in) :: text
-        integer :: i
-
-        number = 0
-        do i = 1, len(text)
-            if (scan(text(i:i), digits) > 0) number = min(1000000, 10*number + index(digits, text(i:i)) - 1)
-        end do
-        if (text(1:1) == '-') number = -number
-    end function bounded_integer
-
-    pure integer function after_digits(text, first, last) result(place)
-        character(*), intent(in) :: text
-        integer, intent(in) :: first, last
-
-        place = first
-        do while (scan(byte(text, place, last), digits) > 0)
-            place = place + 1
-        end do
-    end function after_digits
-
-    !> The byte at `place`, blank beyond the end.
-    pure character(1) function byte(text, place, last)
-        character(*), intent(in) :: text
-        integer, intent(in) :: place, last
-
-        byte = ' '
-        if (place <= last) byte = text(place:place)
-    end function byte
+    end subroutine take_number
 
     !> Go on to byte `place`, or to what follows the blanks there.
     pure subroutine advance(reader, text, place)
@@ -576,7 +468,7 @@ contains
         type(reader_t), intent(in) :: reader
         character(*), intent(in) :: text
 
-        peek = byte(text, reader%place, reader%last)
+        peek = byte_at(text(:reader%last), reader%place)
     end function peek
 
     pure subroutine enter(reader, at)
@@ -667,6 +559,7 @@ contains
         else
             call complain(reader, at%first, at%last, 'unknown function ' // quoted(name))
             reader%result%unknown = name
+            reader%result%called = .true.
         end if
     end subroutine complain_of_call
 
@@ -696,17 +589,5 @@ contains
             reader%result%unknown = name
         end if
     end subroutine complain_of_name
-
-    !> Last byte of the UTF-8 character that starts at `first`.
-    pure integer function end_of_character(text, first, bound) result(last)
-        character(*), intent(in) :: text
-        integer, intent(in) :: first, bound
-
-        last = first
-        do while (last < bound)
-            if (iand(ichar(text(last + 1:last + 1)), 192) /= 128) exit
-            last = last + 1
-        end do
-    end function end_of_character
 
 end module gb_expression

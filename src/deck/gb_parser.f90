@@ -7,6 +7,7 @@ module gb_parser
     use gb_lexer, only: statement_t, token_word, token_quoted, token_equals
     use gb_names, only: is_name, max_name
     use gb_schema, only: schema_t, max_keyword, split_words
+    use gb_synonyms, only: command_for, key_for, plane_hint
     use gb_text, only: lower_case, nearest_name
     use gb_values, only: parse_value, default_value, join_words, suggestion, token_text
     implicit none
@@ -48,6 +49,10 @@ contains
             hint = ''
             if (.not. diagnostics%is_full()) meant = intended_command(word, table)
             if (len(meant) > 0) hint = 'did you mean ' // quoted(meant) // '?'
+            if (len(command_for(word)) > 0) then
+                meant = command_for(word)
+                hint = 'here that is ' // meant
+            end if
             call diagnostics%add(token%at, 'unknown command ' // quoted(word), hint=hint)
         end associate
     end subroutine find_form
@@ -312,7 +317,8 @@ contains
         hint = ''
         if (.not. diagnostics%is_full()) then
             associate (form => table%forms(command%form))
-                meant = nearest_name(name, key_names(command))
+                meant = key_for(name, key_names(command))
+                if (len(meant) == 0) meant = nearest_name(name, key_names(command))
                 if (len(meant) > 0) call mark_given(meant, at, command)
                 if (len(meant) > 0) hint = 'did you mean ' // quoted(meant) // '?'
                 do i = 1, table%n_forms
@@ -321,6 +327,10 @@ contains
                     hint = quoted(lower_case(name)) // ' goes with ' // table%title(i)
                     exit
                 end do
+                if (len(hint) == 0) then
+                    hint = plane_hint(name, key_names(command))
+                    if (len(hint) > 0) call mark_given(name(:1) // '3', at, command)
+                end if
             end associate
         end if
         call diagnostics%add(at, 'unknown key ' // quoted(name) // ' in ' // command%title, hint=hint)
@@ -346,7 +356,7 @@ contains
         type(command_t), intent(inout) :: command
         logical, intent(inout) :: refused
         character(max_keyword), allocatable :: choices(:)
-        character(:), allocatable :: word
+        character(:), allocatable :: word, hint
 
         word = lower_case(token_text(text, statement%tokens(i)))
         associate (form => table%forms(command%form), at => statement%tokens(i)%at)
@@ -365,10 +375,10 @@ contains
             if (refused) return
             refused = .true.
             if (size(command%words) < form%most_words) then
+                hint = plane_hint(word, choices)
+                if (len(hint) == 0) hint = suggestion(word, choices, diagnostics)
                 call diagnostics%add(at, quoted(token_text(text, statement%tokens(i))) // &
-                    ' is not a field (' // &
-                                     join_words(choices, 'or') // ')', hint=suggestion(word, choices, &
-                                     diagnostics))
+                    ' is not a field (' // join_words(choices, 'or') // ')', hint=hint)
             else
                 call complain_of_word(text, statement, i, table, diagnostics, command)
             end if

@@ -144,7 +144,7 @@ contains
         has_high = self%high < huge(1.0_wp)
         if (has_low .and. has_high) then
             if (self%low_open .and. self%high_open) then
-                words = 'between ' // to_text(self%low, 9) // ' and ' // to_text(self%high, 9)
+                words = 'above ' // to_text(self%low, 9) // ' and below ' // to_text(self%high, 9)
             else if (self%low_open) then
                 words = 'above ' // to_text(self%low, 9) // ', up to ' // to_text(self%high, 9)
             else

@@ -234,9 +234,12 @@ contains
 
         if (expression%sound .or. len(expression%message) == 0) return
         hint = expression%hint
-        if (len(expression%unknown) > 0 .and. .not. diagnostics%is_full()) &
-            hint = suggestion(expression%unknown, &
-            [character(max_name) :: parameters%names%known(), function_names, 'pi'], diagnostics)
+        if (expression%called) then
+            hint = suggestion(expression%unknown, function_names, diagnostics)
+        else if (len(expression%unknown) > 0 .and. .not. diagnostics%is_full()) then
+            hint = suggestion(expression%unknown, [character(max_name) :: parameters%names%known(), 'pi'], &
+                diagnostics)
+        end if
         call diagnostics%add(expression%at, expression%message, hint=hint, other=expression%other, &
                              note=expression%note, origin=origin)
     end subroutine report_expression

@@ -2,8 +2,8 @@
 !>     u_1 = u_0 + dt v_0 + dt^2/2 a_0,
 !>     M a_1 = f_1 - f_int(u_1) - C (v_0 + dt a_0),
 !>     v_1 = v_0 + dt/2 (a_0 + a_1).
-!> Second order, no equations to solve; stable for steps below 2/omega_max (less with damping), which the stepper
-!> enforces.
+!> Second order, no equations to solve; stable for steps below 2/omega_max (less with damping), which the
+!> stepper enforces.
 module gb_central
     use gb_kinds, only: wp
     use gb_state, only: state_t

@@ -25,8 +25,8 @@ module gb_motion
 
     public :: build_motion
 
-    !> Derivatives of a history are taken over this part of a step: their truncation is small against the scheme's,
-    !> and round-off does not show.
+    !> Derivatives of a history are taken over this part of a step: their truncation is small against the
+    !> scheme's, and round-off does not show.
     real(wp), parameter :: difference_part = 0.1_wp
 
 contains

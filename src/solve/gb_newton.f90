@@ -44,7 +44,8 @@ module gb_newton
     real(wp), parameter :: smallest_part = 1.0e-3_wp
     !> Increments beyond this multiple of the fields' natural size are no approximation to anything.
     real(wp), parameter :: largest_part = 1.0e6_wp
-    !> A pivot of this part of its diagonal element, where the increments are beyond measure, is a mechanism's.
+    !> A pivot of this part of its diagonal element, where the increments are beyond measure, is a
+    !> mechanism's.
     real(wp), parameter :: mechanism_part = 1.0e-13_wp
     integer, parameter :: max_halvings = 40
 
@@ -298,13 +299,14 @@ contains
         integer :: field
 
         relative = 0.0_wp
-        forces = tiny(1.0_wp)
+        forces = 0.0_wp
         do field = 1, n_fields
             relative = max(relative, maxval(abs(self%r(field::n_fields)))*system%field_scale(field))
             forces = max(forces, maxval(abs(self%force(field::n_fields)))*system%field_scale(field), &
                          maxval(abs(stage%f_external(field::n_fields)))*system%field_scale(field))
         end do
-        relative = relative/forces
+        ! Where nothing but inertia acts, the residual is all there is.
+        if (relative > 0.0_wp) relative = relative/max(forces, relative)
     end function relative_residual
 
 end module gb_newton

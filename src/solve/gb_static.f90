@@ -63,7 +63,7 @@ contains
             from = state%load
             target = merge(task%load, start + (task%load - start)*real(i, wp)/real(task%steps, wp), &
                 i == task%steps)
-            call parts%begin_interval(1.0_wp)
+            call parts%begin_interval()
             do while (.not. parts%is_finished())
                 associate (factor => from + (target - from)*parts%next_end())
                     stage%f_external = factor*force
@@ -114,7 +114,7 @@ contains
         type(external_t), intent(in) :: external
         type(stage_t), intent(in) :: stage
         real(wp), intent(in) :: u(:), change(:)
-        real(wp), intent(inout) :: reaction(:)      !! of the driven unknowns, at the start in and at the end out
+        real(wp), intent(inout) :: reaction(:)  !! of the driven unknowns, at the start in and at the end out
         real(wp), intent(inout) :: work
         real(wp), allocatable :: force(:)
         logical :: admissible

@@ -16,11 +16,15 @@ module gb_stepper
     implicit none
     private
 
+    !> The explicit scheme stays this far below its limit, which is computed anew every so many steps.
+    real(wp), parameter :: limit_safety = 0.9_wp
+    integer, parameter :: limit_interval = 20
+
     !> What a committed step changes besides the state.
     type :: mark_t
         type(state_t) :: state
         real(wp), allocatable :: f_start(:), reaction(:)
-        real(wp) :: external = 0.0_wp, dissipated = 0.0_wp
+        real(wp) :: external = 0.0_wp, dissipated = 0.0_wp, strain = 0.0_wp
     end type mark_t
 
     type, public :: stepper_t
@@ -38,11 +42,16 @@ module gb_stepper
         real(wp) :: external = 0.0_wp               !! work of loads and driven supports so far [F L]
         real(wp) :: dissipated = 0.0_wp             !! energy taken by damping so far [F L]
         type(mark_t) :: mark                        !! where `go_back` returns to
+        real(wp) :: strain = 0.0_wp                 !! strain energy of the committed state [F L]
+        real(wp) :: trial_strain = 0.0_wp           !! and of the proposed one [F L]
+        real(wp) :: limit = huge(1.0_wp)            !! explicit scheme: largest stable step [T] ...
+        integer :: limit_age = 0                    !! ... and how many steps ago it was computed
         integer :: iterations = 0                   !! since the last call of `take_iterations`
     contains
         procedure :: start
         procedure :: propose
         procedure :: commit
+        procedure :: explicit_limit
         procedure :: remember
         procedure :: go_back
         procedure :: kinetic
@@ -60,6 +69,7 @@ contains
         real(wp), intent(in) :: span                !! [T]
         type(state_t), intent(inout) :: state
         type(error_t), allocatable, intent(out) :: error
+        logical :: admissible
 
         call make_scheme(task, self%scheme)
         call self%newton%set_up(system, task%tolerance, task%iterations, &
@@ -69,6 +79,9 @@ contains
         self%span = span
         state%time = 0.0_wp
         call restart(self, system, external, state, error)
+        if (allocated(error)) return
+        call system%strain_energy(state%u, self%strain, admissible)
+        if (self%scheme%is_explicit) call measure_limit(self, system, state)
         self%trial = state
         self%previous = state
     end subroutine start
@@ -90,6 +103,7 @@ contains
             if (allocated(error)) return
             call system%strain_energy(state%u, after, admissible)
             if (admissible .and. state%time > 0.0_wp) self%external = self%external + after - before
+            if (admissible) self%strain = after
         end if
         call external%force_at(state%time, .false., self%f_start, error)
         if (allocated(error)) return
@@ -141,6 +155,12 @@ contains
             call settle_massless(system, fraction*dt, state, self%trial)
             if (number < self%scheme%stages) self%previous = self%trial
         end do
+        ! A scheme that balances forces elsewhere than at the end of the step may still end beyond the limits.
+        call system%strain_energy(self%trial%u, self%trial_strain, is_solved)
+        if (.not. is_solved) then
+            self%report%outcome = newton_inadmissible
+            self%report%rejected = self%trial%u
+        end if
     end subroutine propose
 
     !> Put the driven unknowns where they are at the end of the stage, and let inertia and damping act on the
@@ -154,11 +174,13 @@ contains
 
         call external%motion%follow(self%trial%time, step, self%trial, error)
         if (allocated(error)) return
-        associate (i => external%motion%unknown, weight_a => self%scheme%weight_a, weight_v => self%scheme%weight_v)
+        associate (i => external%motion%unknown, weight_a => self%scheme%weight_a, &
+            weight_v => self%scheme%weight_v)
             self%stage%u_mass(i) = self%trial%u(i) - (weight_a*self%trial%a(i) &
                                                       + (1.0_wp - weight_a)*state%a(i))/self%stage%mass_factor
             self%stage%u_damping(i) = self%trial%u(i) - (weight_v*self%trial%v(i) &
-                                                         + (1.0_wp - weight_v)*state%v(i))/self%stage%damping_factor
+                                                         + (1.0_wp &
+                                                         - weight_v)*state%v(i))/self%stage%damping_factor
         end associate
     end subroutine drive
 
@@ -226,7 +248,7 @@ contains
         logical, intent(in) :: at_event  !! whether a load or a driven support jumps or has a corner there
         type(state_t), intent(inout) :: state
         type(error_t), allocatable, intent(out) :: error
-        real(wp), allocatable :: drag(:), reaction_start(:)
+        real(wp), allocatable :: drag(:)
 
         self%external = self%external + 0.5_wp*dot_product(self%f_start + self%f_end, self%trial%u - state%u)
         if (allocated(system%damping%a)) then
@@ -234,14 +256,9 @@ contains
             call system%damping%multiply(0.5_wp*(state%v + self%trial%v), drag)
             self%dissipated = self%dissipated + dot_product(drag, self%trial%u - state%u)
         end if
-        if (external%motion%is_driven()) then
-            reaction_start = self%reaction
-            call find_reaction(self, system, external, self%f_end, self%trial)
-            associate (i => external%motion%unknown)
-                self%external = self%external + 0.5_wp*dot_product(reaction_start + self%reaction, &
-                                                                   self%trial%u(i) - state%u(i))
-            end associate
-        end if
+        if (external%motion%is_driven()) call add_support_work(self, system, external, state)
+        self%strain = self%trial_strain
+        self%limit_age = self%limit_age + 1
         state%time = self%trial%time
         state%u = self%trial%u
         state%v = self%trial%v
@@ -257,6 +274,70 @@ contains
         end if
     end subroutine commit
 
+    !> Work of the driven supports over the step from `state` to the proposed one: by the mean of their
+    !> reactions at its ends, or by the reaction to a force that is itself the mean over the step.
+    subroutine add_support_work(self, system, external, state)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(state_t), intent(in) :: state
+        real(wp), allocatable :: mean(:), before(:)
+
+        if (self%stage%averages_force) then
+            mean = mean_reaction(self, system, external, state)
+        else
+            before = self%reaction
+            call find_reaction(self, system, external, self%f_end, self%trial)
+            mean = 0.5_wp*(before + self%reaction)
+        end if
+        associate (i => external%motion%unknown)
+            self%external = self%external + dot_product(mean, self%trial%u(i) - state%u(i))
+        end associate
+    end subroutine add_support_work
+
+    !> Residual of an averaging stage at the driven unknowns.
+    function mean_reaction(self, system, external, state) result(mean)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(state_t), intent(in) :: state
+        real(wp), allocatable :: mean(:)
+        real(wp), allocatable :: r(:), part(:)
+        logical :: admissible
+
+        allocate (r(system%n), part(system%n))
+        associate (stage => self%stage, u => self%trial%u)
+            call system%average_tangent(state%u, u, r, self%newton%k, admissible)
+            call system%mass%multiply(stage%mass_factor*(u - stage%u_mass), part)
+            r = r + part - stage%f_external
+            if (allocated(system%damping%a)) then
+                call system%damping%multiply(stage%damping_factor*(u - stage%u_damping), part)
+                r = r + part
+            end if
+        end associate
+        mean = r(external%motion%unknown)
+    end function mean_reaction
+
+    !> Largest step that the explicit scheme takes at the committed state [T], computed anew now and then.
+    real(wp) function explicit_limit(self, system, state)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(state_t), intent(in) :: state
+
+        if (self%limit_age >= limit_interval) call measure_limit(self, system, state)
+        explicit_limit = self%limit
+    end function explicit_limit
+
+    subroutine measure_limit(self, system, state)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(state_t), intent(in) :: state
+
+        call system%stable_step(state%u, self%limit)
+        self%limit = limit_safety*self%limit
+        self%limit_age = 0
+    end subroutine measure_limit
+
     !> Keep the committed state, so that steps committed from here on can be taken back.
     subroutine remember(self, state)
         class(stepper_t), intent(inout) :: self
@@ -267,6 +348,7 @@ contains
         if (allocated(self%reaction)) self%mark%reaction = self%reaction
         self%mark%external = self%external
         self%mark%dissipated = self%dissipated
+        self%mark%strain = self%strain
     end subroutine remember
 
     !> Return to the state that was remembered.
@@ -279,6 +361,7 @@ contains
         if (allocated(self%mark%reaction)) self%reaction = self%mark%reaction
         self%external = self%mark%external
         self%dissipated = self%mark%dissipated
+        self%strain = self%mark%strain
     end subroutine go_back
 
     !> state%a from M a = f - f_int(u) - C v - (inertia force at a = 0); held fields keep their acceleration

@@ -12,6 +12,7 @@ module gb_substeps
         integer :: done = 0             !! parts of 2^level that are behind
     contains
         procedure :: begin_interval
+        procedure :: refine
         procedure :: next_end
         procedure :: accept
         procedure :: reject
@@ -20,18 +21,28 @@ module gb_substeps
 
 contains
 
-    !> Start on an interval that may need to be cut in more than `least_parts` equal parts from the outset.
-    pure subroutine begin_interval(self, least_parts)
+    pure subroutine begin_interval(self)
+        class(substeps_t), intent(inout) :: self
+
+        self%done = 0
+        self%least_level = 0
+    end subroutine begin_interval
+
+    !> Let the interval be cut in at least so many equal parts, whatever is behind (up to one halving more
+    !> than is allowed, which tells that it is not enough).
+    pure subroutine refine(self, least_parts)
         class(substeps_t), intent(inout) :: self
         real(wp), intent(in) :: least_parts
 
-        self%done = 0
         self%least_level = 0
         do while (2.0_wp**self%least_level < least_parts .and. self%least_level <= self%max_level)
             self%least_level = self%least_level + 1
         end do
-        self%level = max(self%level, self%least_level)
-    end subroutine begin_interval
+        do while (self%level < self%least_level)
+            self%level = self%level + 1
+            self%done = 2*self%done
+        end do
+    end subroutine refine
 
     !> Where the next part ends, as a part of the interval, 0 < next_end <= 1 (exact in binary arithmetic).
     pure real(wp) function next_end(self)

@@ -21,9 +21,6 @@ module gb_transient
 
     !> Two instants closer than this part of a step are one.
     real(wp), parameter :: same_instant = 1.0e-9_wp
-    !> The explicit scheme stays this far below its limit, which is computed anew every so many steps.
-    real(wp), parameter :: explicit_safety = 0.9_wp
-    integer, parameter :: explicit_interval = 10
     !> Adaptive steps: first step and smallest step as parts of the duration, and how a step may change at
     !> once.
     real(wp), parameter :: first_part = 1.0e-4_wp, smallest_part = 1.0e-12_wp
@@ -70,7 +67,6 @@ contains
         type(step_record_t), intent(inout) :: step
         class(recorder_t), intent(inout) :: recorder
         type(error_t), allocatable, intent(out) :: error
-        logical :: admissible
 
         step%abscissa = state%time
         step%step = size
@@ -79,7 +75,7 @@ contains
         step%residual = stepper%report%residual
         if (allocated(stepper%report%increments)) step%increments = stepper%report%increments
         step%kinetic = stepper%kinetic(system, state)
-        call system%strain_energy(state%u, step%strain, admissible)
+        step%strain = stepper%strain
         step%external = stepper%external
         step%dissipated = stepper%dissipated
         call recorder%record_step(step, state, error)
@@ -97,22 +93,16 @@ contains
         class(recorder_t), intent(inout) :: recorder
         type(error_t), allocatable, intent(out) :: error
         type(substeps_t) :: parts
-        real(wp) :: from, target, limit
+        real(wp) :: from, target
         integer :: grid
         logical :: at_event
 
         parts%max_level = task%cuts
-        limit = huge(limit)
         grid = 0
         do while (state%time < task%end_time)
             from = state%time
-            if (stepper%scheme%is_explicit .and. modulo(step%number, explicit_interval) == 0) then
-                call system%stable_step(state%u, limit)
-                limit = explicit_safety*limit
-            end if
             call next_instant(task, events, from, grid, target, step%on_grid, at_event)
-            call walk(stepper, system, external, mesh, from, target, limit, at_event, parts, state, step, &
-                error)
+            call walk(stepper, system, external, mesh, from, target, at_event, parts, state, step, error)
             if (allocated(error)) then
                 error%message = 'TRANSIENT: step ' // to_text(step%number + 1) // error%message
                 return
@@ -172,13 +162,12 @@ contains
     end function first_after
 
     !> Go from one instant to the next, in as many halvings as it takes.
-    subroutine walk(stepper, system, external, mesh, from, target, limit, at_event, parts, state, step, error)
+    subroutine walk(stepper, system, external, mesh, from, target, at_event, parts, state, step, error)
         type(stepper_t), intent(inout) :: stepper
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         type(mesh_t), intent(in) :: mesh
         real(wp), intent(in) :: from, target        !! [T]
-        real(wp), intent(in) :: limit               !! largest stable step of an explicit scheme [T]
         logical, intent(in) :: at_event
         type(substeps_t), intent(inout) :: parts
         type(state_t), intent(inout) :: state
@@ -188,14 +177,16 @@ contains
         logical :: exhausted, is_solved
 
         step%cuts = 0
-        call parts%begin_interval((target - from)/limit)
+        call parts%begin_interval()
         do while (.not. parts%is_finished())
+            if (stepper%scheme%is_explicit) call parts%refine((target &
+                - from)/stepper%explicit_limit(system, state))
             part = parts%next_end()
             until = merge(target, from + (target - from)*part, part >= 1.0_wp)
             if (parts%level > parts%max_level) then
                 call raise(error, status_solution, ': the explicit scheme is stable up to a step of ' &
-                    // to_text(limit) // ' here, more than ' // to_text(parts%max_level) &
-                    // ' halvings (cuts=) below step=')
+                    // to_text(stepper%explicit_limit(system, state)) // ' here, more than ' &
+                    // to_text(parts%max_level) // ' halvings (cuts=) below step=')
                 return
             end if
             call stepper%propose(system, external, state, until, is_solved, error)

@@ -89,12 +89,12 @@ def check_good(program, results):
             results.check(name if text is None else name + " through standard input", problems)
 
 
-def check_text(program, results, name, text, first_lines, arguments=(), status=1):
-    """A generated deck: its status, and what standard error begins with."""
+def check_text(program, results, name, text, first_lines, arguments=(), status=1, exact=False):
+    """A generated deck: its status, and what standard error begins with (or is, exactly)."""
     started = time.monotonic()
     found, _, said = run(program, [*arguments], text)
     problems = []
-    if not said.startswith(first_lines):
+    if not said.startswith(first_lines) or (exact and said != first_lines):
         problems.append(f"expected the beginning:\n{first_lines}\nfound:\n{said[:2000]}")
     if found != status:
         problems.append(f"exit status {found}, not {status}")
@@ -194,9 +194,9 @@ def check_bytes(bad, good):
 
 
 def check_overrides(program, results):
-    def override(name, settings, first_lines, status=1):
+    def override(name, settings, first_lines, status=1, exact=False):
         arguments = ["--check"] + [word for setting in settings for word in ("--set", setting)]
-        check_text(program, results, "--set " + name, DECK, first_lines, arguments, status)
+        check_text(program, results, "--set " + name, DECK, first_lines, arguments, status, exact)
 
     override("a value", ["h=0.5"], "", 0)
     override("an expression", ["h=L/20"], "", 0)
@@ -206,6 +206,8 @@ def check_overrides(program, results):
     override("a name defined later", ["L=h"], "--set L=h: error: parameter 'h' is used before it is defined\n"
              "<stdin>:2:16: note: defined here\n    PARAMETER L=10 h=1\n                   ^\n")
     override("a division by zero", ["h=1/0"], "--set h=1/0: error: division by zero\n")
+    override("a name like a function's", ["h=abc"],
+             "--set h=abc: error: undefined parameter 'abc'\n", exact=True)
     override("a value out of range", ["h=-1"], "<stdin>:4:32: error: 'h' must be above 0, and is -1\n")
 
 

@@ -49,9 +49,9 @@ class Scene:
 def pull_to_locking(jm, part=0.95, c_over_mu=0.5):
     """Sudden force over mu A whose work as far as I1-2 = part*jm is the energy stored there (beta = -2).
 
-    Plane uniaxial tension: sigma33 = 0 fixes the stretches. The force that holds the strip there at rest is ten
-    times as large; let go at once, it would bring I1-2 to within 1e-14 of jm, since the energy's barrier is a
-    logarithm.
+    Plane uniaxial tension: sigma33 = 0 fixes the stretches. The force that holds the strip there at rest is
+    about ten times as large; applied at once, it would bring I1-2 to within 1e-13 of jm: the barrier of the
+    energy is a logarithm.
     """
     limit = 2.0 + part * jm
 
@@ -65,7 +65,8 @@ def pull_to_locking(jm, part=0.95, c_over_mu=0.5):
         low, high = (low, middle) if thickness_stress(middle) > 0.0 else (middle, high)
     l1 = math.sqrt(limit - low**2)
     j = l1 * low
-    stored = -0.5 * jm * math.log(1.0 - part) - math.log(j) + 0.25 * c_over_mu * (j**2 - 1.0 - 2.0 * math.log(j))
+    stored = -0.5 * jm * math.log(1.0 - part) - math.log(j)
+    stored += 0.25 * c_over_mu * (j**2 - 1.0 - 2.0 * math.log(j))
     return stored / (l1 - 1.0)
 
 
@@ -83,7 +84,11 @@ SCENES = {
         "Cantilever, 20 times the load", "cantilever", 1.35e-2, CANTILEVER_STEPS, parameters={"times": 20}
     ),
     "locking": Scene(
-        "Strip pulled to 95 % of locking", "locking", 2e-3, (1e-4, 5e-5, 2e-5, 1e-5, 5e-6), jms=(0.5, 3.0, 10.0)
+        "Strip pulled to 95 % of locking",
+        "locking",
+        2e-3,
+        (1e-4, 5e-5, 2e-5, 1e-5, 5e-6),
+        jms=(0.5, 3.0, 10.0),
     ),
     "snap": Scene("Strut snapped through", "snap", 4e-2, (2e-3, 1e-3, 5e-4, 2e-4, 1e-4)),
     "impact": Scene("Beam thrown against a wall", "impact", 1e-3, (5e-5, 2e-5, 1e-5, 5e-6, 2e-6)),
@@ -123,15 +128,15 @@ def deck_text(scene, scheme, step=None, accuracy=None, end=None, fields="u", ext
     return text.replace("\nEND\n", f"\n{extra}\nEND\n")
 
 
-def run(program, scene, scheme, step=None, jm=None, folder=".", seconds=300, name="run", settings=None, **deck):
-    """Runs a scene in `folder` and says what became of it; results stay there as NAME.h5."""
-    path = Path(folder) / f"{name}.h5"
+def run(program, scene, scheme, step=None, jm=None, folder=".", seconds=300, settings=None, **deck):
+    """Runs a scene in `folder` and says what became of it; results stay there as run.h5."""
+    path = Path(folder) / "run.h5"
     path.unlink(missing_ok=True)
     values = {**scene.settings(scene.jms[0] if jm is None else jm), **(settings or {})}
     options = [part for key, value in values.items() for part in ("--set", f"{key}={value!r}")]
     try:
         done = subprocess.run(
-            [str(program), "-o", name, *options],
+            [str(program), "-o", path.stem, *options],
             input=deck_text(scene, scheme, step, **deck),
             cwd=folder,
             timeout=seconds,
@@ -145,7 +150,8 @@ def run(program, scene, scheme, step=None, jm=None, folder=".", seconds=300, nam
 
 def judge(status, text, path):
     """The outcome from exit status, text and results file."""
-    outcome = Outcome("completed", "", status, warned="the energy balance drifts" in text, text=text, path=path)
+    outcome = Outcome("completed", "", status, text=text, path=path)
+    outcome.warned = "the energy balance drifts" in text
     if status == 1:
         outcome.kind, outcome.reason = "refused", first_error(text)
         return outcome

@@ -12,7 +12,7 @@ QUIET = {"times": 0.0}
 def tip(stage, scheme, step=None, **options):
     """Times and values of the probe."""
     outcome = stage("cantilever_1", scheme, step, 3.0, settings=options.pop("settings", QUIET), **options)
-    assert outcome.kind in ("completed", "cut"), outcome.text[-1000:]
+    assert outcome.status == 0, outcome.text[-1000:]
     with stage.open(outcome) as file:
         return file["transient/probes/time"][()], file["transient/probes/end"][()]
 
@@ -71,11 +71,14 @@ def test_steps_land_on_load_jumps(stage, scheme, steps):
     assert np.all(np.diff(time) > 0.0)
 
 
-@pytest.mark.parametrize("scheme", ["newmark", "hht", "generalized", "bathe", "energy"])
-def test_jump_is_no_error(stage, scheme):
-    """Work of the load over a jump inside a step is that of the steps on both its sides."""
+@pytest.mark.parametrize(
+    "scheme, drift",
+    [("newmark", 2e-3), ("hht", 1.5e-2), ("generalized", 5e-3), ("bathe", 1e-2), ("energy", 1e-10)],
+)
+def test_jump_is_no_error(stage, scheme, drift):
+    """A load that jumps between two multiples of the step costs no more energy than the scheme damps."""
     outcome = stage("cantilever_1", scheme, 1e-4, 3.0, settings=QUIET, extra=PUSH)
-    assert abs(outcome.drift) < 5e-3
+    assert abs(outcome.drift) < drift
 
 
 def test_rows_of_fixed_steps_stand_on_multiples(stage):
@@ -98,7 +101,7 @@ def test_step_control_does_not_chatter(stage, scheme):
 
 
 def test_cut_step_grows_back(stage):
-    """Newton's limit of iterations forces cuts under the sudden load; the rows stay on multiples of the step."""
+    """Few iterations allowed force cuts under the sudden load; the rows stay on multiples of the step."""
     scheme = "newmark  iterations=5"
     outcome = stage("cantilever_5", scheme, 2.7e-4, 0.5)
     with stage.open(outcome) as file:
@@ -108,15 +111,16 @@ def test_cut_step_grows_back(stage):
     assert time == pytest.approx(2.7e-4 * np.arange(len(time)), rel=1e-9)
 
 
-def test_drives_pay_for_their_work(stage):
-    """A driven end's work is in the ledger: the balance of a shaken cantilever falls with the step squared."""
+@pytest.mark.parametrize("scheme", ["newmark", "energy"])
+def test_drives_pay_for_their_work(stage, scheme):
+    """A driven end's work is in the ledger: a shaken cantilever's balance falls with the step squared."""
     shaken = "HISTORY shake formula f=sin(500*t)^2\nPRESCRIBE x=L u3=2 history=shake"
     drifts = []
     for step in (2e-4, 1e-4, 5e-5):
-        outcome = stage("cantilever_1", "energy", step, 3.0, settings=QUIET, extra=shaken)
+        outcome = stage("cantilever_1", scheme, step, 3.0, settings=QUIET, extra=shaken)
         drifts.append(abs(outcome.drift))
-    assert drifts[2] < 2e-3
-    assert drifts[2] < drifts[0] / 6.0
+    assert drifts[2] < 2e-4
+    assert drifts[2] < drifts[0] / 10.0 or drifts[0] < 1e-10
 
 
 @pytest.mark.parametrize("scheme", ["newmark", "bathe", "energy"])

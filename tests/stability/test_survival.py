@@ -117,7 +117,7 @@ def test_failure_says_where_when_and_why(stage):
     ],
 )
 def test_failing_raises_no_trap(debug_stage, scene, scheme, step, jm):
-    """Invalid operations, divisions by zero and overflows end the debug build; `stage` sees any exit status."""
+    """Invalid operations, divisions by zero and overflows end the debug build."""
     end = 0.3 * SCENES[scene].end if scene == "linear_rule" else None
     assert debug_stage(scene, scheme, step, jm, end=end).status in (0, 2)
 

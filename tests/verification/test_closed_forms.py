@@ -195,12 +195,10 @@ def test_cut_off_frequencies_of_the_thickness(free, inertia, factor, jm):
     )
     modal = solve(deck)["modal"]
     expected = np.sqrt(factor(material) / (material.rho * section.h**2)) / (2.0 * np.pi)
-    uniform = [
-        frequency
-        for frequency, mode in zip(modal.frequency, modal.modes)
-        if all(np.ptp(column) < 1e-6 * np.abs(mode).max() for column in mode.T)
-    ]
-    assert np.min(np.abs(np.array(uniform) / expected - 1.0)) < 1e-10
+    nearest = np.argmin(np.abs(modal.frequency / expected - 1.0))
+    # Neighbours in frequency, 2e-4 apart, are told apart to 1e-5: the frequency is right to the square of that.
+    assert modal.frequency[nearest] == pytest.approx(expected, rel=1e-8)
+    assert np.ptp(modal.modes[nearest], axis=0).max() < 1e-3 * np.abs(modal.modes[nearest]).max()
 
 
 @pytest.mark.parametrize("inertia", ["diagonal", "translational"])
