@@ -36,7 +36,8 @@ module gb_posix
             integer(c_int) :: failed
         end function c_write_output
 
-        !> From now on a write to a closed pipe, or beyond the limit of a file's size, fails and does not kill.
+        !> From now on a write to a closed pipe, or beyond the limit of a file's size, fails and does not
+        !> kill.
         subroutine ignore_write_signals() bind(c, name="gb_ignore_write_signals")
         end subroutine ignore_write_signals
 
@@ -69,8 +70,8 @@ contains
         reason = told(failed, buffer)
     end function try_to_write
 
-    !> Open a file for writing, without touching what is in it, and hold it against other writers: why that cannot
-    !> be, or an empty text.
+    !> Open a file for writing, without touching what is in it, and hold it against other writers: why that
+    !> cannot be, or an empty text.
     function claim_file(path) result(reason)
         character(*), intent(in) :: path
         character(:), allocatable :: reason

@@ -343,7 +343,8 @@ contains
     end function free_motion
 
     !> Rule `linear` has no term of xi', and with reduced integration one pattern of xi vanishes at all
-    !> points: it has no stiffness unless xi is held somewhere, or an element has another rule or full integration.
+    !> points: it has no stiffness unless xi is held somewhere, or an element has another rule or full
+    !> integration.
     pure logical function has_free_xi(draft, held)
         type(draft_t), intent(in) :: draft
         logical, intent(in) :: held(n_fields)

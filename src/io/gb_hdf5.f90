@@ -24,6 +24,11 @@ module gb_hdf5
         module procedure put_text_attribute, put_integer_attribute, put_real_attribute
     end interface put_attribute
 
+    !> Give an existing attribute another value.
+    interface replace_attribute
+        module procedure replace_text_attribute, replace_real_attribute
+    end interface replace_attribute
+
     !> Write a whole dataset with its unit and description.
     interface put_array
         module procedure put_reals, put_real_blocks, put_integer_table, put_byte_table
@@ -178,7 +183,7 @@ contains
     end subroutine put_text_attribute
 
     !> Give an existing text attribute another text.
-    subroutine replace_attribute(object, name, text, error)
+    subroutine replace_text_attribute(object, name, text, error)
         integer(hid_t), intent(in) :: object
         character(*), intent(in) :: name, text
         type(error_t), allocatable, intent(out) :: error
@@ -197,7 +202,26 @@ contains
             call h5tclose_f(type_id, ignored)
         end if
         call check(info, 'write attribute ' // name, error)
-    end subroutine replace_attribute
+    end subroutine replace_text_attribute
+
+    !> Give an existing real attribute another value.
+    subroutine replace_real_attribute(object, name, number, error)
+        integer(hid_t), intent(in) :: object
+        character(*), intent(in) :: name
+        real(wp), intent(in) :: number
+        type(error_t), allocatable, intent(out) :: error
+        real(wp), target :: value
+        integer(hid_t) :: attribute
+        integer :: info, ignored
+
+        value = number
+        call h5aopen_f(object, name, attribute, info)
+        if (info >= 0) then
+            call h5awrite_f(attribute, h5t_native_double, c_loc(value), info)
+            call h5aclose_f(attribute, ignored)
+        end if
+        call check(info, 'write attribute ' // name, error)
+    end subroutine replace_real_attribute
 
     subroutine put_integer_attribute(object, name, number, error)
         integer(hid_t), intent(in) :: object

@@ -145,6 +145,7 @@ contains
             if (.not. allocated(error)) call put_attribute(group, 'load', task%load, error)
         case (task_modal)
             call put_attribute(group, 'kind', 'modal', error)
+            if (.not. allocated(error)) call put_attribute(group, 'scheme', 'subspace iteration', error)
         case (task_transient)
             call put_attribute(group, 'kind', 'transient', error)
             if (.not. allocated(error)) call put_attribute(group, 'scheme', task%scheme, error)
@@ -437,8 +438,10 @@ contains
         if (.not. self%is_open) return
         call replace_attribute(self%file, 'status', status, error)
         if (.not. allocated(error)) call replace_attribute(self%file, 'message', message, error)
-        if (.not. allocated(error)) call put_attribute(self%file, 'wall_seconds', wall_seconds, error)
-        if (.not. allocated(error)) call put_attribute(self%file, 'cpu_seconds', cpu_seconds, error)
+        if (.not. allocated(error)) call replace_attribute(self%file, 'wall_seconds', wall_seconds, &
+            error)
+        if (.not. allocated(error)) call replace_attribute(self%file, 'cpu_seconds', cpu_seconds, &
+            error)
         if (.not. allocated(error)) call close_file(self%file, error)
         self%is_open = .false.
         if (allocated(error)) call self%fail(error)

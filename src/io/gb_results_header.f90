@@ -2,6 +2,7 @@
 module gb_results_header
     use, intrinsic :: iso_c_binding, only: c_int8_t
     use, intrinsic :: iso_fortran_env, only: compiler_version
+    use gb_kinds, only: wp
     use gb_error, only: error_t
     use gb_version, only: program_version, git_revision
     use gb_mesh, only: max_element_nodes
@@ -30,6 +31,8 @@ contains
         if (.not. allocated(error)) call put_attribute(file, 'created', now(), error)
         if (.not. allocated(error)) call put_attribute(file, 'status', 'running', error)
         if (.not. allocated(error)) call put_attribute(file, 'message', '', error)
+        if (.not. allocated(error)) call put_attribute(file, 'wall_seconds', 0.0_wp, error)
+        if (.not. allocated(error)) call put_attribute(file, 'cpu_seconds', 0.0_wp, error)
         if (allocated(error)) return
         call put_text(file, 'deck', problem%deck_text, dataset, error)
         if (.not. allocated(error)) call put_attribute(dataset, 'parameters', problem%parameters, error)

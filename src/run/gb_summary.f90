@@ -46,14 +46,15 @@ contains
                 // to_text(count(model%fixed_fields())) // ' of them held')
             call print_supports(model, log)
             call log%line('  loads:' // counted(size(model%point_loads), 'point') &
-                // counted(size(model%distributed_loads), 'distributed') // counted(size(model%gravity), 'gravity') &
-                // counted(size(model%prescribed), 'prescribed') // counted(size(model%initial), 'initial'))
+                // counted(size(model%distributed_loads), 'distributed') // counted(size(model%gravity), &
+                'gravity') // counted(size(model%prescribed), 'prescribed') // counted(size(model%initial), &
+                'initial'))
             if (model%damping%mass > 0.0_wp .or. model%damping%stiffness > 0.0_wp) then
                 call log%line('  damping: mass ' // to_text(model%damping%mass) // ', stiffness ' &
                     // to_text(model%damping%stiffness))
             end if
-            call log%line('  ' // to_text(size(problem%probes)) // ' probes, ' // to_text(size(problem%tasks)) &
-                // ' solution commands')
+            call log%line('  ' // to_text(size(problem%probes)) // ' probes, ' &
+                // to_text(size(problem%tasks)) // ' solution commands')
         end associate
     end subroutine print_summary
 

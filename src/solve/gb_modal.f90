@@ -54,8 +54,8 @@ contains
         if (count < task%count) call recorder%note('MODAL: the model has only ' // to_text(count) // ' modes')
         if (.not. (model%has_potential_somewhere() .or. any(model%mesh%full_integration) &
             .or. any(system%fixed(field_xi::n_fields)))) then
-            call recorder%note('MODAL: rule linear leaves one pattern of xi without stiffness where no node ' &
-                // 'holds xi: a mode of zero frequency that is none of the beam')
+            call recorder%note('MODAL: rule linear leaves one pattern of xi without stiffness where no ' &
+                // 'node holds xi: a mode of zero frequency that is none of the beam')
         end if
         call find_shift(k, m, frequency_scale(model), shift, error)
         if (allocated(error)) return

@@ -19,7 +19,7 @@ module gb_transient
 
     public :: run_transient
 
-    !> Two instants closer than this part of a step are one.
+    !> Two instants closer than this part of themselves are one.
     real(wp), parameter :: same_instant = 1.0e-9_wp
     !> Adaptive steps: first step and smallest step as parts of the duration, and how a step may change at
     !> once.
@@ -126,8 +126,8 @@ contains
         real(wp) :: slack, multiple
         integer :: i
 
-        slack = same_instant*task%step
         multiple = real(grid + 1, wp)*task%step
+        slack = min(same_instant*multiple, 0.1_wp*task%step)
         if (multiple > task%end_time - slack) multiple = task%end_time
         target = multiple
         on_grid = .true.

@@ -164,7 +164,9 @@ def test_energy_balance_is_what_it_says(everything):
     assert energy["kinetic"].max() > 1.0
 
 
-@pytest.mark.parametrize("every, steps", [(1, range(12)), (2, [0, 2, 4, 6, 8, 10, 11]), (11, [0, 11]), (20, [0, 11])])
+@pytest.mark.parametrize(
+    "every, steps", [(1, range(12)), (2, [0, 2, 4, 6, 8, 10, 11]), (11, [0, 11]), (20, [0, 11])]
+)
 def test_rows_of_every(gentbeam, every, steps):
     """11 steps: fields every so many of them and at the last, probes always."""
     rows = len(steps)

@@ -109,9 +109,9 @@ def bending_matrices(material, section, k, l1):
     """Stiffness and mass of the wave u3 = W sin kx, y1 = Y cos kx, xi = X sin kx on a beam stretched to l1.
 
     Second variation of the beam's potential about a uniform state: first-order strains F11: X3 y1',
-    F13: y1, F31: u3' + l3 X3^2 xi', F33: 2 l3 X3 xi. The one second-order strain at a stress, F11: X3^2 (xi y1)', sums
-    to nothing over half a wave. Inertia is `diagonal`.
-    The wave meets the supports u3 = xi = 0 exactly, and, a quarter of it, u3 = y1 = 0 beside xi = 0.
+    F13: y1, F31: u3' + l3 X3^2 xi', F33: 2 l3 X3 xi. The one second-order strain at a stress, F11: X3^2 (xi
+    y1)', sums to nothing over half a wave. Inertia is `diagonal`. The wave meets the supports u3 = xi = 0
+    exactly, and, a quarter of it, u3 = y1 = 0 beside xi = 0.
     """
     l3 = material.thickness_stretch(l1)
     a, b = material.a(l1, l3), material.b(l1, l3)
@@ -130,7 +130,8 @@ def bending_matrices(material, section, k, l1):
 
 
 def bending_frequencies(material, section, k, l1=1.0):
-    """Angular frequencies of that wave: bending, then the two of the thickness (negative squares: buckled)."""
+    """Angular frequencies of that wave: bending, then the two of the thickness (negative squares:
+    buckled)."""
     stiffness, mass = bending_matrices(material, section, k, l1)
     scale = 1.0 / np.sqrt(np.diag(mass))
     squares = np.linalg.eigvalsh(scale[:, None] * stiffness * scale)
@@ -190,7 +191,8 @@ class PureBending:
         return gradient, second + curved + curved.T
 
     def solve(self, kappa):
-        """Moment, mid-line stretch, director's length and xi at the curvature kappa (per reference length)."""
+        """Moment, mid-line stretch, director's length and xi at the curvature kappa (per reference
+        length)."""
         unknowns = np.array([1.0, 1.0, 0.0])
         for part in np.linspace(0.0, 1.0, 21)[1:]:
             for _ in range(50):

@@ -72,7 +72,8 @@ def test_uniaxial_stretch_formula(nodes, beta, rule):
 
 @pytest.mark.parametrize("jm", [0.5, 3.0, 50.0])
 def test_uniaxial_stretch_close_to_locking(jm):
-    """At I1 - 2 = 0.99999 Jm the chains carry 1e5 times their first modulus: P11 still follows the formula."""
+    """At I1 - 2 = 0.99999 Jm the chains carry 1e5 times their first modulus: P11 still follows the
+    formula."""
     material, section = Gent(MU, C, jm=jm), Section(1.0, 1.0)
     low, high = 1.0, np.sqrt(jm + 2.0)
     for _ in range(200):
@@ -191,12 +192,14 @@ def test_cut_off_frequencies_of_the_thickness(free, inertia, factor, jm):
     material, section = Gent(MU, C, jm=jm, rho=2e-3), Section(1.3, 0.2)
     fixed = " ".join(name for name in ("u1", "u3", "y1", "y3", "xi") if name not in free)
     deck = strip(material, section, nodes=3, elements=2, inertia=inertia) + "\n".join(
-        [f"FIX {fixed} x={0.25 * i * LENGTH}" for i in range(5)] + ["END", f"MODAL count={5 * len(free)}", "STOP", ""]
+        [f"FIX {fixed} x={0.25 * i * LENGTH}" for i in range(5)]
+        + ["END", f"MODAL count={5 * len(free)}", "STOP", ""]
     )
     modal = solve(deck)["modal"]
     expected = np.sqrt(factor(material) / (material.rho * section.h**2)) / (2.0 * np.pi)
     nearest = np.argmin(np.abs(modal.frequency / expected - 1.0))
-    # Neighbours in frequency, 2e-4 apart, are told apart to 1e-5: the frequency is right to the square of that.
+    # Neighbours in frequency, 2e-4 apart, are told apart to 1e-5: the frequency is right to the square of
+    # that.
     assert modal.frequency[nearest] == pytest.approx(expected, rel=1e-8)
     assert np.ptp(modal.modes[nearest], axis=0).max() < 1e-3 * np.abs(modal.modes[nearest]).max()
 
@@ -234,7 +237,8 @@ def without_rotary_inertia(material, section, k):
 
 @pytest.mark.parametrize("l1", [1.0, 1.25])
 def test_stretch_waves_travel_with_the_bar_speed(l1):
-    """A long pulse runs along a strip with sqrt(E_t/rho) of reference length a time: sqrt(E_eff/rho) unloaded.
+    """A long pulse runs along a strip with sqrt(E_t/rho) of reference length a time: sqrt(E_eff/rho)
+    unloaded.
 
     E_t = dP11/dl1 at the stretch the strip is held at. Arrival times at two places, by the pulse's centroid.
     """

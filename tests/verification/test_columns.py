@@ -59,7 +59,8 @@ def reissner(column, slenderness):
 @pytest.mark.parametrize("column", ["pinned", "clamped"])
 @pytest.mark.parametrize("slenderness, jm", [(10, 1e20), (10, 2.0), (40, 1e20)])
 def test_load_of_the_beams_own_determinant(column, slenderness, jm):
-    """The 3 x 3 determinant of (u3, y1, xi) about the compressed strip (closed_forms.py) gives the same load."""
+    """The 3 x 3 determinant of (u3, y1, xi) about the compressed strip (closed_forms.py) gives the same
+    load."""
     stretch = buckling_stretch(material(jm), Section(1.0, 1.0), WAVE_NUMBER[column] / slenderness)
     expected = -material(jm).uniaxial(stretch)[1]
     found = critical_load(column, slenderness, expected, jm=jm)

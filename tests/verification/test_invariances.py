@@ -11,7 +11,8 @@ import pytest
 from gentbeam_runs import solve
 
 LENGTH = 12.0
-# Of 50 to 100 steps (central: 200) of a matrix whose condition number is some 1e4, and of modes sought to 1e-11.
+# Of 50 to 100 steps (central: 200) of a matrix whose condition number is some 1e4, and of modes sought to
+# 1e-11.
 ROUND_OFF = 5e-12
 MODAL_ROUND_OFF = 5e-11
 
@@ -107,7 +108,8 @@ def test_the_scene_moves_far(plain):
 @pytest.mark.parametrize("scene", SCENES, ids=ids)
 @pytest.mark.parametrize("units", [{"force": 2.0**-20}, {"time": 2.0**11}], ids=["force", "time"])
 def test_units_of_force_and_time_by_powers_of_two(scene, units, plain):
-    """The same numbers, bit for bit: all entries of a matrix share the factor, here a square with an exact root."""
+    """The same numbers, bit for bit: all entries of a matrix share the factor, here a square with an exact
+    root."""
     u, frequency = replace(scene, **units).run()
     assert np.array_equal(u, plain[scene][0])
     assert np.array_equal(frequency, plain[scene][1])
@@ -118,7 +120,8 @@ def test_units_of_force_and_time_by_powers_of_two(scene, units, plain):
                          ids=["length", "all"])
 def test_units_of_length_by_powers_of_two(scene, units, plain):
     """Bit for bit where the matrix is symmetric or lumped. Forces and couples take different factors, so an
-    unsymmetric one (energy, linear) chooses other pivots, and the search for modes other shifts: round-off."""
+    unsymmetric one (energy, linear) chooses other pivots, and the search for modes other shifts:
+    round-off."""
     u, frequency = replace(scene, **units).run()
     if scene.scheme == "energy" or scene.rule == "linear":
         assert gap(u, plain[scene][0]) < ROUND_OFF
@@ -138,7 +141,8 @@ def test_units_by_odd_powers_of_two(scene, units, plain):
 
 @pytest.mark.parametrize("scene", SCENES, ids=ids)
 def test_mirror_through_the_line(scene, plain):
-    """u3 -> -u3, y1 -> -y1: to round-off (bit by bit it is not: thickness points are added up in one order)."""
+    """u3 -> -u3, y1 -> -y1: to round-off (bit by bit it is not: thickness points are added up in one
+    order)."""
     u, frequency = replace(scene, up=-1.0).run()
     mirrored = u * np.array([1.0, 1.0, 1.0, 1.0, -1.0])
     assert gap(mirrored, plain[scene][0]) < ROUND_OFF
@@ -156,7 +160,8 @@ def test_numbering_reversed(scene, plain):
 @pytest.mark.parametrize("scene", SCENES, ids=ids)
 @pytest.mark.parametrize("origin", [64.0, -2048.0, 1000.1])
 def test_origin_moved(scene, origin, plain):
-    """Coordinates enter by their differences alone: round-off of 1e-16 of the origin by the element's length."""
+    """Coordinates enter by their differences alone: round-off of 1e-16 of the origin by the element's
+    length."""
     u, frequency = replace(scene, origin=origin).run()
     assert gap(u, plain[scene][0]) < ROUND_OFF
     assert frequency == pytest.approx(plain[scene][1], rel=MODAL_ROUND_OFF)

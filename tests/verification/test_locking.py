@@ -6,12 +6,14 @@ import pytest
 from gentbeam_runs import solve
 
 
-def deflection(slenderness, nodes=3, integration="reduced", elements=8, nu=0.3, thickness="", plane_strain=False,
-               load=1e-4):
-    """Tip deflection of a cantilever by P L^3/3EI; the load bends it by 3e-5 of its length, so that it stays linear.
+def deflection(slenderness, nodes=3, integration="reduced", elements=8, nu=0.3, thickness="",
+               plane_strain=False, load=1e-4):
+    """Tip deflection of a cantilever by P L^3/3EI; the load bends it by 3e-5 of its length, so that it
+    stays linear.
 
     The root holds the line and the director's angle: the thickness is free, but for what `thickness` adds
-    at every node. E_eff is 1, or 4 mu (lambda+mu)/(lambda+2mu) of the three-dimensional moduli in plane strain.
+    at every node. E_eff is 1, or 4 mu (lambda+mu)/(lambda+2mu) of the three-dimensional moduli in plane
+    strain.
     """
     mu = 0.5 / (1.0 + nu)
     lame = nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) if plane_strain else nu / (1.0 - nu**2)
@@ -53,8 +55,9 @@ def test_reduced_integration_bends_thin_beams(nodes, slenderness):
 
 @pytest.mark.parametrize("slenderness", [1e2, 1e3, 1e4])
 def test_full_integration_of_two_nodes_locks(slenderness):
-    """Two Gauss points in an element of two nodes stiffen its bending by 1 + GA l^2/(12 EI), l its length (Hughes, Taylor
-    and Kanoknukulchai, Int. J. Numer. Methods Eng. 11, 1977): what is left of the deflection falls as (h/l)^2."""
+    """Two Gauss points in an element of two nodes stiffen its bending by 1 + GA l^2/(12 EI), l its length
+    (Hughes, Taylor and Kanoknukulchai, Int. J. Numer. Methods Eng. 11, 1977): what is left of the
+    deflection falls as (h/l)^2."""
     found, young, mu, _ = deflection(slenderness, 2, "full", load=1e-6)
     stiffer = 1.0 + mu / young * (slenderness / 8.0) ** 2
     shear = timoshenko(slenderness, young, mu) - 1.0
@@ -75,7 +78,8 @@ def test_full_integration_costs_higher_elements_little(slenderness):
 def test_free_thickness_does_not_lock(nu, plane_strain):
     """E_eff I, with the thickness free to follow bending by xi, for nu to 0.499.
 
-    In plane strain nu = 0.499 means lambda/mu = 499: with xi fixed that beam would keep 1/125 of its deflection.
+    In plane strain nu = 0.499 means lambda/mu = 499: with xi fixed that beam would keep 1/125 of its
+    deflection.
     """
     found, young, mu, _ = deflection(200.0, nu=nu, plane_strain=plane_strain)
     assert found == pytest.approx(timoshenko(200.0, young, mu), rel=2e-4)
@@ -93,7 +97,8 @@ def test_poisson_locking_with_xi_fixed(nu, plane_strain):
 
 
 def test_large_deflection_near_incompressibility():
-    """A thin cantilever's large deflection depends on E_eff I alone: nu = 0.2 and 0.499 in plane strain agree."""
+    """A thin cantilever's large deflection depends on E_eff I alone: nu = 0.2 and 0.499 in plane strain
+    agree."""
     tips = [deflection(1000.0, 4, nu=nu, plane_strain=True, elements=12, load=0.5)[0] for nu in (0.2, 0.499)]
     assert tips[0] < 0.99
     assert tips[1] == pytest.approx(tips[0], rel=2e-5)

@@ -1,8 +1,8 @@
 """Order of convergence in space: elements of 2, 3, 4 and 5 nodes, polynomials of degree p = 1 to 4.
 
 Finite-element theory (Strang and Fix, An Analysis of the Finite Element Method): displacements converge with
-order p+1 in the L2 norm. At the ends of elements they converge with order 2p, in beams also with p Gauss points
-an element (Arnold, Numer. Math. 37, 1981), which gentbeam uses for want of locking.
+order p+1 in the L2 norm. At the ends of elements they converge with order 2p, in beams also with p Gauss
+points an element (Arnold, Numer. Math. 37, 1981), which gentbeam uses for want of locking.
 """
 
 import numpy as np
@@ -38,8 +38,8 @@ def interpolate(beam, u, places):
 
 
 def cantilever(nodes, elements, integration="reduced", rule="gauss points=3"):
-    """A thick one, bent by a quarter of its length: xi and y3 settle over a tenth of the thickness at the ends,
-    and only a mesh that resolves those layers shows its order."""
+    """A thick one, bent by a quarter of its length: xi and y3 settle over a tenth of the thickness at the
+    ends, and only a mesh that resolves those layers shows its order."""
     deck = f"""GENTBEAM order in space
 {MATERIAL.deck}
 SECTION s rectangle b=1 h=6 rule={rule}

@@ -93,7 +93,8 @@ def test_central_difference_is_of_second_order():
 
 
 def test_central_difference_meets_the_implicit_motion_on_a_fine_mesh(converged):
-    """Lumped and consistent mass differ by the mesh alone: the gap closes with the second power of its size."""
+    """Lumped and consistent mass differ by the mesh alone: the gap closes with the second power of its
+    size."""
     gaps = []
     for elements in (8, 16):
         explicit, implicit = swing("central", 6400, elements), swing("bathe", 1600, elements)
@@ -129,7 +130,8 @@ def standing_wave(scheme, step, elements=8):
 
 
 def bar_frequency(elements, mass):
-    """Angular frequency of that wave on 2-node elements: the difference equations have sines for solutions."""
+    """Angular frequency of that wave on 2-node elements: the difference equations have sines for
+    solutions."""
     material = Gent(5000.0, 2500.0, rho=1e-6)
     size = 1.0 / elements
     modulus = material.moduli(1.0, 1.0)[0]

@@ -1,4 +1,5 @@
-"""Benchmarks for which a planar, shear-deformable beam is the right model; published figures and independent ones.
+"""Benchmarks for which a planar, shear-deformable beam is the right model; published figures and
+independent ones.
 
 "Independent" values were computed for this project by other code: a planar Reissner-Simo beam with linear
 resultants, converged.
@@ -87,8 +88,8 @@ def test_turek_hron_at_rest():
 
 
 def test_turek_hron_held_thickness():
-    """CLAMP holds the thickness too: where nu is large that stiffens the root, here by some h/L of a quarter of
-    the difference between lambda + 2 mu and E_eff (0.8 %), and the beam still meets CSM1 within 1.5 %."""
+    """CLAMP holds the thickness too, which stiffens a stretch about as long as the beam is thick: 0.8 % here,
+    where h/L = 1/17 and nu = 0.4. The beam still meets CSM1 within 1.5 %."""
     free, held = (
         turek_hron("STATIC steps=5", support)["static"].probes["u3"][-1]
         for support in ("FIX u1 u3 y1 x=0", "CLAMP x=0")
@@ -154,7 +155,8 @@ STOP
 
 
 def test_spin_up():
-    """Independent: the tip lags by 0.5739 at 6.765 s and shortens by 0.01883 at 6.740 s; turning steadily it is
+    """Independent: the tip lags by 0.5739 at 6.765 s and shortens by 0.01883 at 6.740 s; turning steadily
+    it is
     longer by tan(kL)/k - L = 5.1432e-4, k = omega sqrt(rho A/EA)."""
     complete, time, axial, transverse = spin_up("bathe", 0.0025, 20)
     assert complete
@@ -165,7 +167,8 @@ def test_spin_up():
     steady = time > 17.0
     k = 6.0 * np.sqrt(1.2 / 2.8e7)
     assert axial[steady].mean() == pytest.approx(np.tan(10.0 * k) / k - 10.0, rel=0.01)
-    assert np.abs(transverse[steady]).max() < 2e-3
+    # What vibration the spin-up leaves stays, undamped, below a hundredth of the lag it had.
+    assert np.abs(transverse[steady]).max() < 0.01 * 0.5739
 
 
 def test_spin_up_is_too_much_for_the_trapezoidal_rule():
@@ -203,8 +206,8 @@ def momenta(beam, solution):
 
 @pytest.mark.parametrize("step", [0.02, 0.1])
 def test_free_flight_keeps_its_momenta(step):
-    """Forces of 8 and 3 at one end until t = 2.5 leave the momenta 20 and 7.5, exactly (impulse); from then on
-    they, the angular momentum and the energy stay with the scheme `energy`."""
+    """Forces of 8 and 3 at one end until t = 2.5 leave the momenta 20 and 7.5, exactly (impulse); from then
+    on they, the angular momentum and the energy stay with the scheme `energy`."""
     beam = solve(f"""GENTBEAM free flight
 MATERIAL m elastic e=2e4 nu=0.3 rho=1
 SECTION s rectangle b=1 h=0.5
