@@ -31,6 +31,10 @@ contains
             end do
             do i = 1, size(model%sections)
                 call log%line('  section ' // section_words(model%sections(i)))
+                if (model%sections(i)%rule == rule_gauss .and. model%sections(i)%points < 3) then
+                    call log%line('  warning: with fewer than 3 points a pattern of u3 and xi costs no ' &
+                        // 'energy; the answer may drift with the mesh')
+                end if
             end do
             do i = 1, size(model%lines)
                 associate (line => model%lines(i))
