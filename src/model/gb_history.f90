@@ -1,6 +1,8 @@
 !> Load histories: a factor as a function of time, and the instants where it jumps or has a corner.
 module gb_history
     use gb_kinds, only: wp, pi
+    use gb_error, only: error_t, raise, status_solution
+    use gb_text, only: to_text
     use gb_program, only: program_t
     implicit none
     private
@@ -21,6 +23,7 @@ module gb_history
         type(program_t) :: formula          !! formula: factor of the variable t
     contains
         procedure :: evaluate
+        procedure :: factor_at
         procedure :: events
     end type history_t
 
@@ -52,6 +55,20 @@ contains
             call self%formula%evaluate(t, factor, defined)
         end select
     end subroutine evaluate
+
+    !> As evaluate, with an error that names the history where the factor is not defined.
+    pure subroutine factor_at(self, t, before, factor, error)
+        class(history_t), intent(in) :: self
+        real(wp), intent(in) :: t           !! [T]
+        logical, intent(in) :: before
+        real(wp), intent(out) :: factor
+        type(error_t), allocatable, intent(out) :: error
+        logical :: defined
+
+        call self%evaluate(t, before, factor, defined)
+        if (.not. defined) call raise(error, status_solution, 'the formula of HISTORY ' // self%name // &
+            ' has no finite value at t = ' // to_text(t))
+    end subroutine factor_at
 
     pure logical function has_started(start, t, before)
         real(wp), intent(in) :: start, t

@@ -2,8 +2,7 @@
 !> supports.
 module gb_external
     use gb_kinds, only: wp
-    use gb_error, only: error_t, raise, status_solution
-    use gb_text, only: to_text
+    use gb_error, only: error_t
     use gb_sort, only: sorted
     use gb_fields, only: n_fields, dof_index, field_u1, field_y1
     use gb_history, only: history_t
@@ -172,20 +171,13 @@ contains
         real(wp), intent(out) :: force(:)
         type(error_t), allocatable, intent(out) :: error
         real(wp) :: factor
-        logical :: defined
         integer :: i
 
         force = 0.0_wp
         do i = 1, size(self%patterns)
             if (self%patterns(i)%stage == stage_static) cycle
-            associate (history => self%histories(self%patterns(i)%history))
-                call history%evaluate(t, before, factor, defined)
-                if (.not. defined) then
-                    call raise(error, status_solution, 'the formula of HISTORY ' // history%name // &
-                               ' has no finite value at t = ' // to_text(t))
-                    return
-                end if
-            end associate
+            call self%histories(self%patterns(i)%history)%factor_at(t, before, factor, error)
+            if (allocated(error)) return
             force = force + factor*self%patterns(i)%force
         end do
     end subroutine force_at

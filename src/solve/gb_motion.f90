@@ -1,8 +1,7 @@
 !> Driven supports (PRESCRIBE): fields at nodes that follow value * history.
 module gb_motion
     use gb_kinds, only: wp
-    use gb_error, only: error_t, raise, status_solution
-    use gb_text, only: to_text
+    use gb_error, only: error_t
     use gb_fields, only: n_fields, dof_index
     use gb_history, only: history_t
     use gb_model, only: model_t
@@ -73,18 +72,11 @@ contains
         real(wp), intent(inout) :: u(:)
         type(error_t), allocatable, intent(out) :: error
         real(wp) :: factor
-        logical :: defined
         integer :: i
 
         do i = 1, size(self%unknown)
-            associate (history => self%histories(self%history(i)))
-                call history%evaluate(t, before, factor, defined)
-                if (.not. defined) then
-                    call raise(error, status_solution, 'the formula of HISTORY ' // history%name // &
-                               ' has no finite value at t = ' // to_text(t))
-                    return
-                end if
-            end associate
+            call self%histories(self%history(i))%factor_at(t, before, factor, error)
+            if (allocated(error)) return
             u(self%unknown(i)) = self%value(i)*factor
         end do
     end subroutine impose
