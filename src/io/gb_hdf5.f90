@@ -403,7 +403,7 @@ contains
         if (self%pending == size(self%buffer, 2)) call self%flush(error)
     end subroutine append
 
-    !> Hand the buffered rows to HDF5.
+    !> Hand the buffered rows of a created series to HDF5.
     subroutine flush_series(self, error)
         class(series_t), intent(inout), target :: self
         type(error_t), allocatable, intent(out) :: error
@@ -412,7 +412,7 @@ contains
             rows(size(self%row_shape) + 1)
         integer :: info, ignored
 
-        if (self%pending == 0 .or. self%dataset < 0) return
+        if (self%pending == 0) return
         extent = [self%row_shape, self%written + self%pending]
         start = 0
         start(size(start)) = self%written

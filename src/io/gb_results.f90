@@ -385,7 +385,8 @@ contains
         subroutine one(series)
             type(series_t), intent(inout) :: series
 
-            if (allocated(error)) return
+            ! A set of fields that is not asked for has no series.
+            if (allocated(error) .or. series%dataset < 0) return
             if (closing) then
                 call series%close(error)
             else

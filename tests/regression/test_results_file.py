@@ -2,6 +2,8 @@
 
 import os
 import re
+import subprocess
+import time
 
 import h5py
 import numpy as np
@@ -261,3 +263,35 @@ def test_checked_build_gives_the_same(gentbeam):
         for name in ("u", "probes/tip", "energy/strain", "energy/external"):
             ours, theirs = release[f"transient/{name}"][()], debug[f"transient/{name}"][()]
             assert np.abs(ours - theirs).max() <= 1e-7 * np.abs(ours).max(), name
+
+
+def test_running_file_can_be_read_and_survives_a_kill(gentbeam):
+    """Rows come to the file every two seconds; what is there stays when the run is killed."""
+    deck = small_deck("TRANSIENT newmark step=1e-8 end=1")
+    process = subprocess.Popen(
+        [gentbeam.executable, "-q"], stdin=subprocess.PIPE, stderr=subprocess.PIPE, cwd=gentbeam.folder
+    )
+    process.stdin.write(deck.encode())
+    process.stdin.close()
+    try:
+        rows = 0
+        limit = time.monotonic() + 60.0
+        while rows < 2 and time.monotonic() < limit:
+            time.sleep(0.2)
+            assert process.poll() is None, process.stderr.read().decode()
+            try:
+                with gentbeam.results() as file:
+                    rows = file["transient/time"].shape[0]
+            except (OSError, KeyError):
+                pass
+    finally:
+        process.kill()
+        process.wait()
+        process.stderr.close()
+    assert rows >= 2
+    with gentbeam.results() as file:
+        group = file["transient"]
+        kept = group["time"].shape[0]
+        assert file.attrs["status"] == "running" and kept >= rows
+        assert group["u"].shape == (kept, NODES, 5) and np.isfinite(group["u"][()]).all()
+        assert group["probes/tip"][:kept].tolist() == group["u"][:, -1, 1].tolist()
