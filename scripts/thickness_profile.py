@@ -42,8 +42,8 @@ END
 TRANSIENT bathe step=dt end=3.5e-3
 STOP
 """
-PANELS = {"E11": "$E_{11}$", "E33": "$E_{33}$", "E13": "$E_{13}$", "J": "$J$"}
-QUANTITIES = tuple(PANELS)
+QUANTITIES = ("E11", "E33", "E13", "J")
+LATER = 1.0e-4  # how far on the level of bending is looked at once more
 GAUSS = 1.0 / np.sqrt(3.0)
 
 
@@ -86,11 +86,11 @@ def section_strains(height, x, nodal):
     return {name: sum(profile[name] for profile in found) / len(found) for name in found[0]}
 
 
-def beam_profile(height, elements=ELEMENTS, step=STEP):
-    """Time of the first largest tip deflection and the strains at X1 = L/2 then."""
+def beam_profile(height, elements=ELEMENTS, step=STEP, later=0.0):
+    """Time of the first largest tip deflection, or `later` by so much, and the strains at X1 = L/2 then."""
     beam = solve(DECK, elements=str(elements), dt=step)
     motion = beam["transient"]
-    row = int(np.argmax(motion.probes["tip"]))
+    row = int(np.argmax(motion.probes["tip"])) + round(later / step)
     middle = next(nodes for nodes in beam.elements if np.isclose(beam.x[nodes].mean(), 0.5 * LENGTH))
     middle = middle[np.argsort(beam.x[middle])]
     return float(motion.time[row]), section_strains(height, beam.x[middle], motion.u[row, middle])
@@ -165,31 +165,46 @@ def write_csv(path, profiles):
     print(f"wrote {path}")
 
 
-def draw(path, continuum, beam, own):
+def bend(height, values):
+    """What a profile differs by from its closest parabola's tangent at mid-height."""
+    mean, slope, square = parabola(height, values)
+    return values - (mean - square / 12.0) - slope * height
+
+
+def draw(path, profiles):
     """Strains to the right, the thickness upwards, as the section stands."""
-    height = continuum["X3"]
+    looks = {
+        "independent": {"color": "0.7", "linewidth": 2.4, "label": "continuum, independent"},
+        "same instant": {
+            "color": COLOURS[2],
+            "linestyle": "none",
+            "marker": "o",
+            "markersize": 3.2,
+            "markerfacecolor": "white",
+            "markeredgewidth": 0.8,
+            "label": "continuum, at the beam's instant",
+        },
+        "beam": {"color": COLOURS[1], "label": "beam"},
+    }
+    panels = {
+        "$E_{11}$ (%)": lambda height, values: values["E11"],
+        "$E_{33}$ (%)": lambda height, values: values["E33"],
+        "$E_{33}$, its bend (%)": lambda height, values: bend(height, values["E33"]),
+        "$E_{13}$ (%)": lambda height, values: values["E13"],
+        "$J - 1$ (%)": lambda height, values: values["J"] - 1.0,
+    }
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(
-            1, len(PANELS), sharey=True, layout="constrained", figsize=(PAGE, 70.0 * MILLIMETRES)
+            1, len(panels), sharey=True, layout="constrained", figsize=(PAGE, 70.0 * MILLIMETRES)
         )
-        for axis, (name, label) in zip(axes, PANELS.items()):
-            axis.plot(continuum[name], height, color="0.7", linewidth=2.4, label="continuum, independent")
-            axis.plot(
-                own[1][name],
-                own[0],
-                color=COLOURS[2],
-                linestyle="none",
-                marker="o",
-                markersize=3.2,
-                markerfacecolor="white",
-                markeredgewidth=0.8,
-                label="continuum, at the beam's instant",
-            )
-            axis.plot(beam[name], height, color=COLOURS[1], linewidth=1.0, label="beam")
+        for axis, (label, quantity) in zip(axes, panels.items()):
+            for source, (height, values) in profiles.items():
+                axis.plot(100.0 * quantity(height, values), height, **looks[source])
             axis.axhline(0.0, color="0.6", linewidth=0.4, zorder=0)
-            axis.axvline(1.0 if name == "J" else 0.0, color="0.6", linewidth=0.4, zorder=0)
+            axis.axvline(0.0, color="0.6", linewidth=0.4, zorder=0)
             axis.set_xlabel(label)
             axis.locator_params(axis="x", nbins=4)
+            axis.xaxis.set_major_formatter("{x:g}")
         axes[0].set_ylim(-0.5, 0.5)
         axes[0].set_ylabel("$X_3/h$")
         entries = axes[0].get_legend_handles_labels()
@@ -219,8 +234,11 @@ def main():
         "beam": (continuum["X3"], beam),
     }
     print("\n".join(parabolas(profiles)) + "\n")
+    _, next_beam = beam_profile(continuum["X3"], later=LATER)
+    growth = parabola(continuum["X3"], next_beam["E11"])[1] / parabola(continuum["X3"], beam["E11"])[1] - 1.0
+    print(f"the beam's slope of E11 grows by {100.0 * growth:.1f} % in the next {LATER:g}\n")
     write_csv(pictures / "thickness_profile.csv", profiles)
-    draw(pictures / "thickness_profile.png", continuum, beam, own)
+    draw(pictures / "thickness_profile.png", profiles)
 
 
 if __name__ == "__main__":
