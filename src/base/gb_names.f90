@@ -20,7 +20,6 @@ module gb_names
         procedure :: define
         procedure :: span
         procedure :: is_sound
-        procedure :: spoil
         procedure :: known
     end type name_table_t
 
@@ -101,13 +100,6 @@ contains
 
         is_sound = self%sound(number)
     end function is_sound
-
-    pure subroutine spoil(self, number)
-        class(name_table_t), intent(inout) :: self
-        integer, intent(in) :: number
-
-        self%sound(number) = .false.
-    end subroutine spoil
 
     !> The names to choose a suggestion from; of very many, the first hundreds do.
     pure function known(self) result(names)

@@ -4,7 +4,7 @@ module gb_text
     implicit none
     private
 
-    public :: lower_case, upper_case, to_text, exact_text, fixed_text, hexadecimal, edit_distance, &
+    public :: lower_case, upper_case, to_text, exact_text, hexadecimal, edit_distance, &
         nearest_name, end_of_character
 
     character(1), parameter, public :: newline = achar(10)
@@ -118,17 +118,6 @@ contains
         short = digits(:last)
         if (len(short) == 0 .or. short == '-') short = '0'
     end function without_zeros
-
-    !> A real in a field of given width and decimals, for tables in the log.
-    pure function fixed_text(number, width, decimals) result(text)
-        real(wp), intent(in) :: number
-        integer, intent(in) :: width, decimals
-        character(width) :: text
-        character(16) :: layout
-
-        write (layout, '("(f",i0,".",i0,")")') width, decimals
-        write (text, layout) number
-    end function fixed_text
 
     !> A byte as people write it in hexadecimal: 0x1F.
     pure function hexadecimal(byte) result(text)
