@@ -9,6 +9,7 @@ module gb_build_tasks
     use gb_parser, only: name_rule
     use gb_problem, only: probe_t, task_t, task_static, task_modal, task_transient, quantity_displacement, &
         quantity_velocity, quantity_acceleration
+    use gb_solver_choice, only: solver_lapack, solver_block, block_obstacle
     use gb_section, only: rule_linear, inertia_diagonal, inertia_translational, inertia_full
     use gb_text, only: lower_case, to_text
     implicit none
@@ -166,6 +167,7 @@ contains
         task%steps = command%whole('steps')
         task%load = command%number('load')
         call read_newton(command, task)
+        if (draft%has_mesh) call check_solver(command, draft, task, diagnostics)
         if (len(draft%loose) == 0) return
         call diagnostics%add(command%at, 'STATIC needs supports that hold the beam: ' // draft%loose)
         command%sound = .false.
@@ -230,6 +232,7 @@ contains
         end select
         call check_step(command, task, diagnostics)
         if (draft%has_mesh) call check_scheme(command, draft, task, diagnostics)
+        if (draft%has_mesh) call check_solver(command, draft, task, diagnostics)
     end subroutine read_transient
 
     !> The energy-momentum scheme needs a stored energy and a constant mass, the explicit one a mass in every
@@ -278,6 +281,26 @@ contains
         command%sound = .false.
     end subroutine check_scheme
 
+    !> The block solver, where it is asked for, must be able to do the model and the scheme.
+    subroutine check_solver(command, draft, task, diagnostics)
+        type(command_t), intent(inout) :: command
+        type(draft_t), intent(in) :: draft
+        type(task_t), intent(in) :: task
+        type(diagnostics_t), intent(inout) :: diagnostics
+        character(:), allocatable :: reason
+
+        if (task%solver /= solver_block) return
+        reason = block_obstacle(draft%problem%model)
+        if (task%kind == task_transient .and. len(reason) == 0) then
+            if (task%scheme == 'energy') reason = 'the tangent of the scheme energy is not symmetric'
+            if (task%scheme == 'central') reason = 'the scheme central solves no equations'
+        end if
+        if (len(reason) == 0) return
+        call diagnostics%add(command%place('solver'), 'solver=block cannot do this: ' // reason, &
+                             hint='leave solver= away: what fits is chosen then')
+        command%sound = .false.
+    end subroutine check_solver
+
     subroutine check_step(command, task, diagnostics)
         type(command_t), intent(inout) :: command
         type(task_t), intent(in) :: task
@@ -308,6 +331,9 @@ contains
         task%tolerance = command%number('tolerance')
         task%iterations = command%whole('iterations')
         task%cuts = command%whole('cuts')
+        if (.not. command%given('solver')) return
+        if (command%text('solver') == 'lapack') task%solver = solver_lapack
+        if (command%text('solver') == 'block') task%solver = solver_block
     end subroutine read_newton
 
 end module gb_build_tasks

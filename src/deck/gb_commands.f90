@@ -282,7 +282,7 @@ contains
         type(schema_t), intent(inout) :: table
         character(*), intent(in) :: name
 
-        call choice(table, 'solver', 'chosen by itself', 'lapack block', 'linear solver', coming='block')
+        call choice(table, 'solver', 'chosen by itself', 'lapack block', 'linear solver')
         call real_number(table, 'tolerance', '1e-10', between(1.0e-15_wp, 0.1_wp), &
                          "relative size of Newton's last increment")
         call whole_number(table, 'iterations', '25', between(1.0_wp, 1000.0_wp), &

@@ -2,6 +2,7 @@
 module gb_problem
     use gb_kinds, only: wp
     use gb_model, only: model_t
+    use gb_solver_choice, only: solver_auto
     implicit none
     private
 
@@ -24,6 +25,7 @@ module gb_problem
         real(wp) :: tolerance = 1.0e-10_wp          !! of a Newton iteration's increments, relative [-]
         integer :: iterations = 25                  !! Newton iterations a step at most
         integer :: cuts = 10                        !! halvings of a step at most
+        integer :: solver = solver_auto             !! static, transient
     end type task_t
 
     integer, parameter, public :: quantity_displacement = 0, quantity_velocity = 1, quantity_acceleration = 2

@@ -194,15 +194,16 @@ contains
     end subroutine copy_to_general
 
     !> x <- a^-1 x with the current factors, column by column.
-    pure subroutine solve(self, x)
+    pure subroutine solve(self, count, x)
         class(band_t), intent(in) :: self
-        real(wp), intent(inout) :: x(:, :)      !! right-hand sides in, solutions out (n, count)
+        integer, intent(in) :: count
+        real(wp), intent(inout) :: x(self%n, count)     !! right-hand sides in, solutions out
         integer :: info
 
         if (self%is_cholesky) then
-            call dpbtrs('L', self%n, self%kd, size(x, 2), self%cholesky, self%kd + 1, x, self%n, info)
+            call dpbtrs('L', self%n, self%kd, count, self%cholesky, self%kd + 1, x, self%n, info)
         else
-            call dgbtrs('N', self%n, self%kd, self%kd, size(x, 2), self%lu, 3*self%kd + 1, self%pivots, x, &
+            call dgbtrs('N', self%n, self%kd, self%kd, count, self%lu, 3*self%kd + 1, self%pivots, x, &
                 self%n, info)
         end if
     end subroutine solve

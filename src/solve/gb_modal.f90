@@ -175,7 +175,7 @@ contains
                 call m%multiply(x(:, i), mx(:, i))
             end do
             x = mx
-            call shifted%solve(x)
+            call shifted%solve(q, x)
             call orthonormalise(shifted, m, x, mx, values, q)
             if (q < count) exit
             blur = [(round_off(shifted, x(:, i), values(i)/values(1)), i=1, count)]

@@ -1,13 +1,19 @@
 !> Newton's method for one stage (gb_stage). Every trial state is tested for admissibility (J > 0, I1-2 < jm
 !> at every integration point) before anything is computed from it, and the step is halved until it passes.
 !> The full step is tried first throughout; where that fails, the iteration starts again with a line search.
+!>
+!> The iteration ends when the increment d_k is below the tolerance or, in motion, when the next one would be
+!> far below: convergence is quadratic, d_(k+1) = C d_k^2, and for C stands the largest d_k/d_(k-1)^2 of this
+!> solution and, halved from one to the next, of those before. Where increments stop shrinking, the residual
+!> is compared with what rounding alone explains.
 module gb_newton
-    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
-    use gb_band, only: band_t
     use gb_system, only: system_t
     use gb_stage, only: stage_t
+    use gb_linearised, only: linearised_t
+    use gb_banded, only: banded_t
+    use gb_block, only: block_t
     implicit none
     private
 
@@ -33,119 +39,237 @@ module gb_newton
         real(wp) :: tolerance = 1.0e-10_wp
         integer :: max_iterations = 25
         real(wp) :: largest(n_fields) = 0.0_wp      !! largest value of each field so far
-        type(band_t) :: k                           !! tangent of the residual
-        real(wp), allocatable :: r(:), force(:), u_e(:), trial(:), work(:), increment(:, :), round_off(:)
+        real(wp) :: curvature = 0.0_wp              !! C of quadratic convergence; 0 before anything is known
+        logical :: is_symmetric = .true.            !! whether the tangent is
+        logical :: has_block = .false.              !! whether the block solver is tried first
+        type(block_t) :: block
+        type(banded_t) :: banded
+        real(wp), allocatable :: trial(:), increment(:)
     contains
         procedure :: set_up
         procedure :: solve
+        procedure :: prepare_banded
     end type newton_t
 
     !> Fields smaller than this part of their natural size (beam length, 1, 1/h) count as that large.
     real(wp), parameter :: smallest_part = 1.0e-3_wp
     !> Increments beyond this multiple of the fields' natural size are no approximation to anything.
     real(wp), parameter :: largest_part = 1.0e6_wp
-    !> A pivot of this part of its diagonal element, where the increments are beyond measure, is a
-    !> mechanism's.
-    real(wp), parameter :: mechanism_part = 1.0e-13_wp
+    !> Increments above this part of the fields may change what their largest value is.
+    real(wp), parameter :: coarse_part = 1.0e-2_wp
+    !> An increment that is not smaller than this part of the last one does not converge quadratically.
+    real(wp), parameter :: slow_part = 0.1_wp
+    !> An estimated increment must be below this part of the tolerance.
+    real(wp), parameter :: margin = 0.1_wp
     integer, parameter :: max_halvings = 40
 
 contains
 
-    subroutine set_up(self, system, tolerance, iterations, symmetric)
+    subroutine set_up(self, system, tolerance, iterations, symmetric, block)
         class(newton_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         real(wp), intent(in) :: tolerance
         integer, intent(in) :: iterations
         logical, intent(in), optional :: symmetric  !! whether the tangent is, if not as the elements'
-        logical :: is_symmetric
+        logical, intent(in), optional :: block      !! whether the block solver is to be used (it must apply)
 
         self%tolerance = tolerance
         self%max_iterations = iterations
-        is_symmetric = system%symmetric
-        if (present(symmetric)) is_symmetric = symmetric
-        call self%k%set_up(system%n, system%kd, is_symmetric)
-        allocate (self%r(system%n), self%force(system%n), self%u_e(system%n), self%trial(system%n), &
-                  self%work(system%n), self%increment(system%n, 1), self%round_off(system%n))
+        self%is_symmetric = system%symmetric
+        if (present(symmetric)) self%is_symmetric = symmetric
+        self%has_block = .false.
+        if (present(block)) self%has_block = block
+        if (self%has_block) call self%block%set_up(system)
+        allocate (self%trial(system%n), self%increment(system%n))
     end subroutine set_up
 
-    !> Solve R(u) = 0 from the admissible guess u. Where the outcome is not newton_converged, u is worthless.
-    subroutine solve(self, system, stage, u, report)
+    !> Make LAPACK's solver ready; where the block solver does all the work its memory is never needed.
+    subroutine prepare_banded(self, system)
+        class(newton_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+
+        if (.not. allocated(self%banded%r)) call self%banded%set_up(system, self%is_symmetric)
+    end subroutine prepare_banded
+
+    !> Solve R(u) = 0 from the guess u or, where that is not admissible, from the state `origin` with the held
+    !> unknowns of the guess. Where the outcome is not newton_converged, u is worthless.
+    subroutine solve(self, system, stage, origin, u, report)
         class(newton_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(inout) :: u(:)  !! guess in, solution out (n); held unknowns have their values
+        real(wp), intent(in) :: origin(:)           !! (n)
+        real(wp), intent(inout) :: u(:)             !! guess in, solution out (n)
         type(newton_report_t), intent(out) :: report
         real(wp), allocatable :: guess(:)
         integer :: spent
 
         guess = u
-        call iterate(self, system, stage, .false., u, report)
+        spent = 0
+        if (self%has_block) then
+            call iterate(self, self%block, system, stage, origin, .false., u, report)
+            if (report%outcome == newton_converged) return
+            spent = report%iterations
+            u = guess
+        end if
+        call self%prepare_banded(system)
+        call iterate(self, self%banded, system, stage, origin, .false., u, report)
+        report%iterations = report%iterations + spent
         if (report%outcome == newton_converged .or. report%outcome == newton_singular) return
         spent = report%iterations
         u = guess
-        call iterate(self, system, stage, .true., u, report)
+        call iterate(self, self%banded, system, stage, origin, .true., u, report)
         report%iterations = report%iterations + spent
     end subroutine solve
 
     !> Newton's iteration, with full steps where admissible or (searching) with a line search.
-    subroutine iterate(self, system, stage, searching, u, report)
+    subroutine iterate(self, tangent, system, stage, origin, searching, u, report)
         class(newton_t), intent(inout) :: self
+        class(linearised_t), intent(inout) :: tangent
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
+        real(wp), intent(in) :: origin(:)
         logical, intent(in) :: searching
         real(wp), intent(inout) :: u(:)
         type(newton_report_t), intent(out) :: report
-        real(wp) :: pivot_part
-        logical :: admissible
-        integer :: iteration, singular
+        real(wp) :: increments(self%max_iterations), last, curvature, remembered
+        logical :: can_estimate
+        integer :: iteration
 
-        allocate (report%increments(0))
-        call evaluate(self, system, stage, u, admissible)
-        if (.not. admissible) then
-            report%outcome = newton_inadmissible
-            report%rejected = self%u_e
-            return
-        end if
-        call estimate_round_off(self, system, u)
+        call start(tangent, system, stage, origin, u, report)
+        if (report%outcome == newton_inadmissible) return
+        call widen(self, system, u)
+        last = 0.0_wp
+        curvature = 0.0_wp
+        remembered = self%curvature
+        ! A scheme that conserves does so only as far as its equation is solved, and statics of a slender beam
+        ! bends and stretches in turn, so that a small increment may be followed by a large one.
+        can_estimate = stage%mass_factor > 0.0_wp .and. .not. stage%averages_force
         do iteration = 1, self%max_iterations
-            report%residual = relative_residual(self, system, stage)
-            if (all(abs(self%r) <= self%round_off)) then
-                report%outcome = newton_converged
-                return
-            end if
-            call self%k%factorise(singular)
-            if (singular > 0) then
-                report%outcome = newton_singular
-                report%singular_unknown = singular
-                return
-            end if
-            self%increment(:, 1) = -self%r
-            call self%k%solve(self%increment)
+            call find_increment(self, tangent, system, increments(iteration), report)
+            if (report%outcome /= newton_slow) exit
             report%iterations = iteration
-            if (is_beyond_measure(self, system)) then
-                report%outcome = newton_diverged
-                call self%k%weakest_pivot(report%singular_unknown, pivot_part)
-                if (pivot_part < mechanism_part) report%outcome = newton_singular
-                return
+            ! An increment that starts small, or no longer shrinks, may be made of rounding alone: it is left
+            ! out.
+            if (increments(iteration) <= merge(self%tolerance, huge(last), iteration == 1) .and. &
+                increments(iteration) > slow_part*last) then
+                if (is_round_off(tangent, system, stage, u)) then
+                    report%outcome = newton_converged
+                    report%iterations = iteration - 1
+                    exit
+                end if
             end if
-            report%increments = [report%increments, scaled_increment(self, system, u)]
-            if (report%increments(iteration) <= self%tolerance) then
-                u = u + self%increment(:, 1)
+            if (last > 0.0_wp .and. increments(iteration) > self%tolerance) then
+                curvature = max(curvature, increments(iteration)/last**2)
+                self%curvature = max(curvature, 0.5_wp*remembered)
+            end if
+            if (is_last(self, increments(iteration), can_estimate .and. last > 0.0_wp)) then
+                u = u + self%increment
                 report%outcome = newton_converged
-                return
+                exit
             end if
-            call advance(self, system, stage, searching, u, report)
-            if (report%outcome /= newton_slow) return
+            last = increments(iteration)
+            call advance(self, tangent, system, stage, searching, u, last, report)
+            if (report%outcome /= newton_slow) exit
+            if (increments(iteration) > coarse_part) call widen(self, system, u)
         end do
+        report%increments = increments(:report%iterations)
+        report%residual = tangent%relative_residual(system, stage)
     end subroutine iterate
 
-    !> Take the increment, halved until the new state is admissible and, when searching, until it is better.
-    subroutine advance(self, system, stage, searching, u, report)
+    !> Linearise at the guess or, where it is not admissible, at `origin`.
+    subroutine start(tangent, system, stage, origin, u, report)
+        class(linearised_t), intent(inout) :: tangent
+        type(system_t), intent(in) :: system
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in) :: origin(:)
+        real(wp), intent(inout) :: u(:)
+        type(newton_report_t), intent(out) :: report
+        logical :: admissible
+
+        call tangent%evaluate(system, stage, u, admissible)
+        if (.not. admissible) then
+            where (.not. system%fixed) u = origin
+            call tangent%evaluate(system, stage, u, admissible)
+        end if
+        if (admissible) return
+        report%outcome = newton_inadmissible
+        allocate (report%increments(0), report%rejected(size(u)))
+        call stage%evaluation_point(u, report%rejected)
+    end subroutine start
+
+    !> Whether an increment or (estimating) the one that quadratic convergence would bring next is below the
+    !> tolerance.
+    pure logical function is_last(self, increment, estimating)
+        class(newton_t), intent(in) :: self
+        real(wp), intent(in) :: increment
+        logical, intent(in) :: estimating
+
+        is_last = increment <= self%tolerance
+        if (estimating .and. self%curvature > 0.0_wp) then
+            is_last = is_last .or. self%curvature*increment**2 <= margin*self%tolerance
+        end if
+    end function is_last
+
+    !> The increment at the point of linearisation, and its largest value over the fields, each relative to
+    !> the largest value of its field so far.
+    subroutine find_increment(self, tangent, system, largest, report)
         class(newton_t), intent(inout) :: self
+        class(linearised_t), intent(inout) :: tangent
+        type(system_t), intent(in) :: system
+        real(wp), intent(out) :: largest
+        type(newton_report_t), intent(inout) :: report
+        real(wp) :: norm(n_fields)
+        integer :: singular
+
+        largest = 0.0_wp
+        call tangent%solve(self%increment, singular)
+        if (singular /= 0) then
+            report%outcome = newton_singular
+            report%singular_unknown = max(0, singular)
+            return
+        end if
+        norm = largest_values(self%increment)
+        ! Written so that a NaN does not pass.
+        if (.not. all(norm <= largest_part*max(system%field_scale, self%largest))) then
+            report%singular_unknown = tangent%mechanism()
+            report%outcome = merge(newton_singular, newton_diverged, report%singular_unknown > 0)
+            return
+        end if
+        largest = maxval(norm/self%largest)
+    end subroutine find_increment
+
+    !> Largest absolute value of each field; NaN where one is.
+    pure function largest_values(u) result(largest)
+        real(wp), intent(in) :: u(:)
+        real(wp) :: largest(n_fields)
+        integer :: i, field
+
+        largest = 0.0_wp
+        do i = 0, size(u) - n_fields, n_fields
+            do field = 1, n_fields
+                if (.not. abs(u(i + field)) <= largest(field)) largest(field) = abs(u(i + field))
+            end do
+        end do
+    end function largest_values
+
+    !> Keep the largest value of every field so far.
+    pure subroutine widen(self, system, u)
+        class(newton_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        real(wp), intent(in) :: u(:)
+
+        self%largest = max(self%largest, largest_values(u), smallest_part*system%field_scale)
+    end subroutine widen
+
+    !> Take the increment, halved until the new state is admissible and, when searching, until it is better.
+    subroutine advance(self, tangent, system, stage, searching, u, last, report)
+        class(newton_t), intent(inout) :: self
+        class(linearised_t), intent(inout) :: tangent
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
         logical, intent(in) :: searching
         real(wp), intent(inout) :: u(:)
+        real(wp), intent(inout) :: last             !! made 0 where the increment is not taken whole
         type(newton_report_t), intent(inout) :: report
         real(wp) :: part, slope, merit, trial_merit
         logical :: admissible, has_met_inadmissible
@@ -157,17 +281,18 @@ contains
         has_met_inadmissible = .false.
         part = 1.0_wp
         do halving = 0, max_halvings
-            self%trial = u + part*self%increment(:, 1)
-            call evaluate(self, system, stage, self%trial, admissible)
+            self%trial = u + part*self%increment
+            call tangent%evaluate(system, stage, self%trial, admissible)
             if (admissible .and. searching) then
                 call measure(self, system, stage, self%trial, trial_merit)
                 admissible = trial_merit <= merit + 1.0e-4_wp*part*slope + 8.0_wp*epsilon(merit)*abs(merit)
             else if (.not. admissible) then
-                if (.not. has_met_inadmissible) report%rejected = self%u_e
+                if (.not. has_met_inadmissible) report%rejected = evaluated(stage, self%trial)
                 has_met_inadmissible = .true.
             end if
             if (admissible) then
                 u = self%trial
+                if (halving > 0) last = 0.0_wp
                 return
             end if
             part = 0.5_wp*part
@@ -175,138 +300,57 @@ contains
         report%outcome = merge(newton_inadmissible, newton_stuck, has_met_inadmissible)
     end subroutine advance
 
-    !> Residual, and tangent of it, at the state u, with the supports' rows and columns removed.
-    subroutine evaluate(self, system, stage, u, admissible)
-        class(newton_t), intent(inout) :: self
+    !> Where a state's internal force is evaluated.
+    pure function evaluated(stage, u) result(u_e)
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in) :: u(:)
+        real(wp) :: u_e(size(u))
+
+        call stage%evaluation_point(u, u_e)
+    end function evaluated
+
+    !> Whether rounding alone explains the residual at u, where `tangent` has been evaluated.
+    logical function is_round_off(tangent, system, stage, u)
+        class(linearised_t), intent(inout) :: tangent
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
         real(wp), intent(in) :: u(:)
-        logical, intent(out) :: admissible
+        real(wp), allocatable :: r(:), bound(:)
 
-        call stage%evaluation_point(u, self%u_e)
-        if (stage%averages_force) then
-            call system%average_tangent(stage%u_start, u, self%force, self%k, admissible)
-        else
-            call system%tangent(self%u_e, self%force, self%k, admissible)
-        end if
-        if (.not. admissible) return
-        self%r = self%force - stage%f_external
-        if (stage%force_factor < 1.0_wp) self%k%a = stage%force_factor*self%k%a
-        if (stage%mass_factor > 0.0_wp) then
-            call system%add_inertia(self%u_e, stage%damping_factor*(u - stage%u_damping), &
-                                    stage%mass_factor*(u - stage%u_mass), &
-                                    [stage%force_factor, stage%damping_factor, stage%mass_factor], self%r, &
-                                    self%k)
-            if (allocated(system%damping%a)) then
-                call system%damping%multiply(u - stage%u_damping, self%work)
-                self%r = self%r + stage%damping_factor*self%work
-                call self%k%add_symmetric(stage%damping_factor, system%damping)
-            end if
-        end if
-        self%r(system%fixed_list) = 0.0_wp
-        call self%k%constrain(system%fixed_list)
-    end subroutine evaluate
+        allocate (r(system%n), bound(system%n))
+        call tangent%residual(system, stage, u, r)
+        call system%round_off(evaluated(stage, u), stage%force_factor, stage%mass_factor, bound)
+        is_round_off = all(abs(r) <= bound)
+    end function is_round_off
 
     !> What a line search compares at u, where `evaluate` has just been: the stage's potential and its slope
     !> along the increment; where there is none (unsymmetric tangent), half the square of the residual.
     subroutine measure(self, system, stage, u, merit, slope)
-        class(newton_t), intent(inout) :: self
+        class(newton_t), intent(in) :: self
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
         real(wp), intent(in) :: u(:)
         real(wp), intent(out) :: merit
         real(wp), intent(out), optional :: slope
+        real(wp), allocatable :: drag(:)
         logical :: admissible
 
-        if (self%k%symmetric) then
-            call system%strain_energy(self%u_e, merit, admissible)
+        if (self%is_symmetric) then
+            call system%strain_energy(self%banded%u_e, merit, admissible)
             merit = merit/stage%force_factor - dot_product(stage%f_external, u)
-            if (stage%mass_factor > 0.0_wp) then
-                call system%mass%multiply(u - stage%u_mass, self%work)
-                merit = merit + 0.5_wp*stage%mass_factor*dot_product(u - stage%u_mass, self%work)
-            end if
+            if (stage%mass_factor > 0.0_wp) merit = merit + stage%mass_factor*system%mass%energy(u &
+                - stage%u_mass)
             if (stage%mass_factor > 0.0_wp .and. allocated(system%damping%a)) then
-                call system%damping%multiply(u - stage%u_damping, self%work)
-                merit = merit + 0.5_wp*stage%damping_factor*dot_product(u - stage%u_damping, self%work)
+                allocate (drag(system%n))
+                call system%damping%multiply(u - stage%u_damping, drag)
+                merit = merit + 0.5_wp*stage%damping_factor*dot_product(u - stage%u_damping, drag)
             end if
-            if (present(slope)) slope = dot_product(self%r, self%increment(:, 1))
+            if (present(slope)) slope = dot_product(self%banded%r, self%increment)
         else
-            merit = 0.5_wp*sum((reshape(self%r, [n_fields, system%n/n_fields]) &
+            merit = 0.5_wp*sum((reshape(self%banded%r, [n_fields, system%n/n_fields]) &
                                 *spread(system%field_scale, 2, system%n/n_fields))**2)
             if (present(slope)) slope = -2.0_wp*merit
         end if
     end subroutine measure
-
-    !> The part of each residual that rounding alone explains: unit round-off times sum |k_ij| |u_j|, where a
-    !> field counts at least as its natural size (an element's length for displacements, since strains are
-    !> differences of them).
-    subroutine estimate_round_off(self, system, u)
-        class(newton_t), intent(inout) :: self
-        type(system_t), intent(in) :: system
-        real(wp), intent(in) :: u(:)
-        integer :: field
-
-        do field = 1, n_fields
-            self%work(field::n_fields) = maxval(abs(u(field::n_fields)))
-        end do
-        self%work(1::n_fields) = max(self%work(1::n_fields), 2.0_wp*minval(system%half_length))
-        self%work(2::n_fields) = max(self%work(2::n_fields), 2.0_wp*minval(system%half_length))
-        do field = 3, n_fields
-            self%work(field::n_fields) = max(self%work(field::n_fields), system%field_scale(field))
-        end do
-        call self%k%row_bound(self%work, self%round_off)
-        self%round_off = epsilon(1.0_wp)*self%round_off
-    end subroutine estimate_round_off
-
-    !> Largest increment over the fields, each relative to the largest value of its field so far.
-    function scaled_increment(self, system, u) result(largest)
-        class(newton_t), intent(inout) :: self
-        type(system_t), intent(in) :: system
-        real(wp), intent(in) :: u(:)
-        real(wp) :: largest
-        integer :: field
-
-        largest = 0.0_wp
-        do field = 1, n_fields
-            self%largest(field) = max(self%largest(field), maxval(abs(u(field::n_fields))), &
-                                      smallest_part*system%field_scale(field))
-            largest = max(largest, maxval(abs(self%increment(field::n_fields, 1)))/self%largest(field))
-        end do
-    end function scaled_increment
-
-    pure function is_beyond_measure(self, system) result(beyond)
-        class(newton_t), intent(in) :: self
-        type(system_t), intent(in) :: system
-        logical :: beyond
-        integer :: field
-
-        beyond = .not. all(ieee_is_finite(self%increment(:, 1)))
-        do field = 1, n_fields
-            if (beyond) return
-            beyond = maxval(abs(self%increment(field::n_fields, 1))) &
-                     > largest_part*max(system%field_scale(field), self%largest(field))
-        end do
-    end function is_beyond_measure
-
-    !> Norm of the residual over that of the forces that balance in it, field by field made comparable by the
-    !> fields' sizes.
-    pure function relative_residual(self, system, stage) result(relative)
-        class(newton_t), intent(in) :: self
-        type(system_t), intent(in) :: system
-        type(stage_t), intent(in) :: stage
-        real(wp) :: relative
-        real(wp) :: forces
-        integer :: field
-
-        relative = 0.0_wp
-        forces = 0.0_wp
-        do field = 1, n_fields
-            relative = max(relative, maxval(abs(self%r(field::n_fields)))*system%field_scale(field))
-            forces = max(forces, maxval(abs(self%force(field::n_fields)))*system%field_scale(field), &
-                         maxval(abs(stage%f_external(field::n_fields)))*system%field_scale(field))
-        end do
-        ! Where nothing but inertia acts, the residual is all there is.
-        if (relative > 0.0_wp) relative = relative/max(forces, relative)
-    end function relative_residual
 
 end module gb_newton

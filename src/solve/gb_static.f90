@@ -6,6 +6,7 @@ module gb_static
     use gb_text, only: to_text
     use gb_mesh, only: mesh_t
     use gb_problem, only: task_t
+    use gb_solver_choice, only: solver_lapack
     use gb_state, only: state_t
     use gb_recorder, only: recorder_t, step_record_t
     use gb_system, only: system_t
@@ -41,7 +42,8 @@ contains
         integer :: i
         logical :: exhausted, admissible
 
-        call newton%set_up(system, task%tolerance, task%iterations)
+        call newton%set_up(system, task%tolerance, task%iterations, &
+                           block=system%fits_block .and. task%solver /= solver_lapack)
         parts%max_level = task%cuts
         allocate (force(system%n))
         call external%static_forces(force)
@@ -69,9 +71,8 @@ contains
                     stage%f_external = factor*force
                     u = state%u
                     if (abs(last_factor) > 0.0_wp) u = u + ((factor - state%load)/last_factor)*last_change
-                    if (.not. is_admissible(system, u)) u = state%u
                     call external%motion%impose_factor(factor, u)
-                    call newton%solve(system, stage, u, report)
+                    call newton%solve(system, stage, state%u, u, report)
                     step%iterations = step%iterations + report%iterations
                     if (report%outcome /= newton_converged) then
                         step%cuts = step%cuts + 1
@@ -127,13 +128,5 @@ contains
             reaction = force(i) - stage%f_external(i)
         end associate
     end subroutine add_support_work
-
-    pure logical function is_admissible(system, u)
-        type(system_t), intent(in) :: system
-        real(wp), intent(in) :: u(:)
-        real(wp) :: energy
-
-        call system%strain_energy(u, energy, is_admissible)
-    end function is_admissible
 
 end module gb_static

@@ -6,6 +6,7 @@ module gb_stepper
     use gb_text, only: to_text
     use gb_band, only: band_t
     use gb_problem, only: task_t
+    use gb_solver_choice, only: solver_lapack
     use gb_state, only: state_t
     use gb_system, only: system_t
     use gb_external, only: external_t
@@ -73,7 +74,9 @@ contains
 
         call make_scheme(task, self%scheme)
         call self%newton%set_up(system, task%tolerance, task%iterations, &
-                                system%symmetric .and. self%scheme%has_symmetric_tangent)
+            system%symmetric .and. self%scheme%has_symmetric_tangent, system%fits_block .and. &
+            self%scheme%has_symmetric_tangent .and. .not. self%scheme%is_explicit .and. task%solver &
+                /= solver_lapack)
         allocate (self%f_start(system%n), self%f_end(system%n), self%stage%f_external(system%n))
         if (self%scheme%is_explicit) self%lumped = system%lumped_mass()
         self%span = span
@@ -143,7 +146,7 @@ contains
                 call guess(self, system, fraction*dt, state)
                 if (external%motion%is_driven()) call drive(self, external, fraction*dt, state, error)
                 if (allocated(error)) return
-                call self%newton%solve(system, self%stage, self%trial%u, self%report)
+                call self%newton%solve(system, self%stage, state%u, self%trial%u, self%report)
                 self%iterations = self%iterations + self%report%iterations
                 is_solved = self%report%outcome == newton_converged
             end if
@@ -210,20 +213,15 @@ contains
         allocate (self%report%increments(0))
     end subroutine explicit_state
 
-    !> First guess of a stage: the velocities go on; where that is inadmissible, nothing moves.
+    !> First guess of a stage: the velocities go on.
     pure subroutine guess(self, system, dt, state)
         class(stepper_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         real(wp), intent(in) :: dt
         type(state_t), intent(in) :: state
-        real(wp) :: energy, u_e(system%n)
-        logical :: admissible
 
         self%trial%u = state%u + dt*state%v
         self%trial%u(system%fixed_list) = state%u(system%fixed_list)
-        call self%stage%evaluation_point(self%trial%u, u_e)
-        call system%strain_energy(u_e, energy, admissible)
-        if (.not. admissible) self%trial%u = state%u
     end subroutine guess
 
     !> Fields without inertia follow the others: the scheme's own formulas would let their derivatives, which
@@ -307,7 +305,8 @@ contains
 
         allocate (r(system%n), part(system%n))
         associate (stage => self%stage, u => self%trial%u)
-            call system%average_tangent(state%u, u, r, self%newton%k, admissible)
+            call self%newton%prepare_banded(system)
+            call system%average_tangent(state%u, u, r, self%newton%banded%k, admissible)
             call system%mass%multiply(stage%mass_factor*(u - stage%u_mass), part)
             r = r + part - stage%f_external
             if (allocated(system%damping%a)) then
@@ -397,7 +396,7 @@ contains
         call mass%constrain(pack([(i, i=1, system%n)], without))
         a(:, 1) = merge(0.0_wp, force - r, without)
         call mass%factorise(singular)
-        call mass%solve(a)
+        call mass%solve(1, a)
         state%a = merge(held, a(:, 1), without)
     end subroutine equilibrium_acceleration
 

@@ -6,14 +6,16 @@ module gb_system
     use gb_section, only: material_t, section_t, unlimited_jm, rule_gauss, inertia_translational, inertia_full
     use gb_load, only: damping_t
     use gb_model, only: model_t
+    use gb_solver_choice, only: block_obstacle
     use gb_quadrature, only: gauss_legendre
     use gb_shape, only: shape_table_t, shape_table, max_nodes, max_points
     use gb_section_gauss, only: n_strains, gauss_invariants
     use gb_beam, only: section_data_t, element_strains, element_energy, element_force, element_tangent, &
-        element_average_tangent, element_mass
+        element_average_tangent
     use gb_inertia, only: element_inertia, element_kinetic_energy
     use gb_lapack, only: dsyev
     use gb_band, only: band_t
+    use gb_mass, only: mass_t
     implicit none
     private
 
@@ -22,13 +24,14 @@ module gb_system
         integer :: n_elements = 0
         integer :: kd = 0                                   !! half band width
         logical :: symmetric = .true.                       !! whether the tangent is
+        logical :: fits_block = .false.                     !! whether the block solver can do it
         integer, allocatable :: first(:)                    !! unknowns before an element's first (ne)
         integer, allocatable :: table(:)                    !! index in `tables` (ne)
         integer, allocatable :: kind(:)                     !! index in `sections` (ne)
         real(wp), allocatable :: half_length(:)             !! dX1/ds [L] (ne)
         type(shape_table_t), allocatable :: tables(:)       !! reduced and full integration of 2 to 5 nodes
         type(section_data_t), allocatable :: sections(:)    !! pairs of material and section
-        type(band_t) :: mass  !! consistent, constant; without elements of full inertia
+        type(mass_t) :: mass                                !! constant; without elements of full inertia
         type(band_t) :: damping                             !! Rayleigh damping; not allocated without DAMPING
         type(damping_t) :: rayleigh                         !! its factors
         logical, allocatable :: has_full_inertia(:)  !! elements whose mass depends on the configuration (ne)
@@ -47,6 +50,7 @@ module gb_system
         procedure :: lumped_mass
         procedure :: stable_step
         procedure :: kinetic_energy
+        procedure :: round_off
         procedure :: worst_point
     end type system_t
 
@@ -72,6 +76,7 @@ contains
             system%kd = n_fields*maxval(mesh%nodes) - 1
             system%has_full_inertia = model%sections(mesh%section)%inertia == inertia_full
             system%symmetric = .not. (model%has_no_potential() .or. any(system%has_full_inertia))
+            system%fits_block = len(block_obstacle(model)) == 0
             system%first = n_fields*(mesh%first_node - 1)
             system%tables = [(shape_table(i, i - 1), i=2, max_nodes), (shape_table(i, i), i=2, max_nodes)]
             system%table = merge(mesh%nodes - 1 + max_nodes - 1, mesh%nodes - 1, mesh%full_integration)
@@ -116,31 +121,33 @@ contains
         end do
     end subroutine build_sections
 
-    !> Consistent mass, integrated exactly (as many Gauss points as nodes).
+    !> The constant mass, and which unknowns have none at all.
     subroutine build_mass(model, system)
         type(model_t), intent(in) :: model
         type(system_t), intent(inout) :: system
-        type(shape_table_t) :: table
-        real(wp) :: m(n_fields*max_nodes, n_fields*max_nodes), density(n_fields)
-        integer :: e, nodes, i
+        real(wp) :: density(n_fields, size(system%sections))
+        integer :: s, m, k, e, i, j
 
-        call system%mass%set_up(system%n, system%kd, symmetric=.true.)
+        do s = 1, size(model%sections)
+            do m = 1, size(model%materials)
+                k = (s - 1)*size(model%materials) + m
+                density(:, k) = field_density(model%materials(m), model%sections(s))
+            end do
+        end do
         allocate (system%massless(system%n))
         system%massless = .true.
         do e = 1, system%n_elements
-            nodes = model%mesh%nodes(e)
-            table = system%tables(exact_table(system, e))
-            density = field_density(model%materials(model%mesh%material(e)), &
-                model%sections(model%mesh%section(e)))
-            if (.not. system%has_full_inertia(e)) then
-                call element_mass(nodes, table%points, table%n, system%half_length(e)*table%w, density, m)
-                call system%mass%add_block(system%first(e), n_fields*nodes, m)
-            end if
-            do i = 1, n_fields*nodes
-                if (density(1 + modulo(i - 1, n_fields)) > 0.0_wp) system%massless(system%first(e) &
-                    + i) = .false.
+            do j = 1, model%mesh%nodes(e)
+                i = system%first(e) + n_fields*(j - 1)
+                where (density(:, system%kind(e)) > 0.0_wp) system%massless(i + 1:i + n_fields) = .false.
             end do
         end do
+        do s = 1, size(model%sections)
+            if (model%sections(s)%inertia /= inertia_full) cycle
+            k = (s - 1)*size(model%materials)
+            density(:, k + 1:k + size(model%materials)) = 0.0_wp
+        end do
+        call system%mass%set_up(model%mesh, system%kind, density)
     end subroutine build_mass
 
     !> C = mass M + stiffness K, both of the undeformed beam, where the deck asks for damping.
@@ -277,7 +284,7 @@ contains
 
         call self%mass%multiply(a, constant_part)
         force = force + constant_part
-        call k%add_symmetric(factors(3), self%mass)
+        call self%mass%add_to(factors(3), k)
         do e = 1, self%n_elements
             if (.not. self%has_full_inertia(e)) cycle
             associate (t => self%tables(exact_table(self, e)), first => self%first(e))
@@ -364,11 +371,10 @@ contains
     pure real(wp) function kinetic_energy(self, u, v)
         class(system_t), intent(in) :: self
         real(wp), intent(in) :: u(self%n), v(self%n)
-        real(wp) :: momentum(self%n)
         integer :: e, m
 
-        call self%mass%multiply(v, momentum)
-        kinetic_energy = 0.5_wp*dot_product(v, momentum)
+        kinetic_energy = self%mass%energy(v)
+        if (.not. any(self%has_full_inertia)) return
         do e = 1, self%n_elements
             if (.not. self%has_full_inertia(e)) cycle
             associate (t => self%tables(exact_table(self, e)), first => self%first(e))
@@ -379,6 +385,44 @@ contains
             end associate
         end do
     end function kinetic_energy
+
+    !> The part of each residual of a stage that rounding alone explains: unit round-off times sum |k_ij| u_j,
+    !> where u_j is the largest value of the field and counts at least as its natural size (an element's
+    !> length for displacements, since strains are differences of them).
+    pure subroutine round_off(self, u, force_factor, mass_factor, bound)
+        class(system_t), intent(in) :: self
+        real(wp), intent(in) :: u(self%n)                   !! admissible
+        real(wp), intent(in) :: force_factor, mass_factor   !! of the stage
+        real(wp), intent(out) :: bound(self%n)
+        real(wp) :: f(n_fields*max_nodes), block(n_fields*max_nodes*n_fields*max_nodes), sizes(n_fields, &
+            max_nodes)
+        real(wp), allocatable :: size_of(:)
+        logical :: admissible
+        integer :: e, field, m
+
+        do field = 1, n_fields
+            sizes(field, :) = maxval(abs(u(field::n_fields)))
+        end do
+        sizes(1:2, :) = max(sizes(1:2, :), 2.0_wp*minval(self%half_length))
+        do field = 3, n_fields
+            sizes(field, :) = max(sizes(field, :), self%field_scale(field))
+        end do
+        allocate (size_of(self%n))
+        size_of = reshape(sizes(:, 1), [self%n], pad=sizes(:, 1))
+        call self%mass%multiply(size_of, bound)
+        bound = mass_factor*bound
+        do e = 1, self%n_elements
+            associate (t => self%tables(self%table(e)), first => self%first(e), half => self%half_length(e))
+                m = n_fields*t%nodes
+                call element_tangent(t%nodes, t%points, t%n, t%d/half, t%w*half, &
+                    self%sections(self%kind(e)), &
+                    u(first + 1:first + m), f, block, admissible)
+                bound(first + 1:first + m) = bound(first + 1:first + m) + force_factor &
+                    *matmul(reshape(abs(block(:m*m)), [m, m]), reshape(sizes(:, :t%nodes), [m]))
+            end associate
+        end do
+        bound = epsilon(1.0_wp)*bound
+    end subroutine round_off
 
     !> The point of the state u that is farthest into, or nearest to, the inadmissible: smallest J if some J
     !> is not positive, else largest (I1-2)/jm, else smallest J.

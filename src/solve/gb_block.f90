@@ -1,0 +1,525 @@
+!> The tangent of one beam as a chain of nodes: three-node elements side by side in lanes, their middle nodes
+!> eliminated (gb_element_lanes); what is left, a block-tridiagonal system of five unknowns an end node, is
+!> eliminated from both ends of the beam towards its middle, two nodes at a time (gb_blocks_pair).
+!>
+!> Elements are worked on in passes: so many from the left end and so many from the right one that what has
+!> been condensed but not yet eliminated stays in the cache; the last pass has all that is left between. A
+!> slot is what one call of a kernel works on: `lanes` consecutive elements of a pass (its last lanes may
+!> repeat its last element).
+module gb_block
+    use gb_kinds, only: wp
+    use gb_fields, only: n_fields
+    use gb_lanes, only: lanes, pair
+    use gb_section_lanes, only: at_mu, at_log, at_power, at_bend, at_minus_beta, at_inverse_jm, at_middle, &
+        at_z, &
+        at_weight, max_pairs
+    use gb_element_lanes, only: at_slope, at_kappa, at_bubble, at_by_bubble, at_swing, at_mass, n_element, &
+        n_kept, &
+        n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw, condense_element, recover_middle
+    use gb_blocks_pair, only: n_triangle, n_kept_node, eliminate_node, back_substitute
+    use gb_stage, only: stage_t
+    use gb_system, only: system_t
+    use gb_linearised, only: linearised_t
+    implicit none
+    private
+
+    integer, parameter :: n_node = 2*n_fields               !! unknowns from one end node to the next
+    integer, parameter :: side = 32                         !! elements of each end of the beam in a pass
+    integer, parameter :: pass_slots = 2*side/lanes         !! slots in a pass; lanes divides side
+
+    type, extends(linearised_t), public :: block_t
+        private
+        integer :: n_elements = 0
+        integer :: pairs = 0                                !! of heights
+        logical :: has_middle = .false., is_square = .true.
+        integer, allocatable :: slot_first(:), slot_last(:) !! a slot's first and last element (slots)
+        integer, allocatable :: slot_constants(:)           !! which constants a slot has (slots)
+        integer, allocatable :: pass_slot(:)                !! slots before a pass's first (passes + 1)
+        integer, allocatable :: pass_step(:)  !! elements of each end before a pass's first (passes)
+        integer, allocatable :: pass_elements(:)            !! (passes)
+        real(wp), allocatable :: constants(:, :, :)         !! (lanes, n_element, sets)
+        logical, allocatable :: is_held(:, :)               !! at end nodes (5, 0:n_elements)
+        logical, allocatable :: has_support(:)              !! any of them (0:n_elements)
+        real(wp), allocatable :: kept(:, :, :)              !! of middle nodes (lanes, n_kept, slots)
+        real(wp), allocatable :: kept_node(:, :, :)         !! of end nodes (2, n_kept_node, steps + 1)
+        real(wp), allocatable :: work(:)                    !! accelerations (n)
+        real(wp) :: largest_residual(n_fields) = 0.0_wp     !! of a node
+        real(wp) :: largest_force(n_fields) = 0.0_wp        !! of an element on a node
+        logical :: is_definite = .false.
+        real(wp) :: force_factor = 1.0_wp                   !! of the stage
+    contains
+        procedure :: set_up
+        procedure :: evaluate
+        procedure :: solve
+        procedure :: relative_residual
+        procedure :: residual
+        procedure :: mechanism
+    end type block_t
+
+contains
+
+    !> For a system that gb_solver_choice finds fit: three-node elements with reduced integration, rule gauss
+    !> with one number of points, supports at element ends alone, constant mass, no damping.
+    subroutine set_up(self, system)
+        class(block_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        integer :: n, points, e
+
+        n = system%n_elements
+        self%n_elements = n
+        points = system%sections(system%kind(1))%nz
+        self%pairs = points/2
+        self%has_middle = modulo(points, 2) == 1
+        self%is_square = .true.
+        do e = 1, n
+            if (abs(system%sections(system%kind(e))%p(3) + 2.0_wp) > 0.0_wp) self%is_square = .false.
+        end do
+        call plan_passes(self)
+        call build_constants(self, system)
+        allocate (self%is_held(n_fields, 0:n), self%has_support(0:n))
+        do e = 0, n
+            self%is_held(:, e) = system%fixed(n_node*e + 1:n_node*e + n_fields)
+            self%has_support(e) = any(self%is_held(:, e))
+        end do
+        allocate (self%kept(lanes, n_kept, size(self%slot_first)))
+        allocate (self%kept_node(pair, n_kept_node, (n + 1)/2 + 1))
+        allocate (self%work(system%n))
+        self%work = 0.0_wp
+    end subroutine set_up
+
+    !> Cut the beam into passes and these into slots.
+    subroutine plan_passes(self)
+        class(block_t), intent(inout) :: self
+        integer :: passes, left, right, e, p, s
+
+        passes = 1 + max(0, (self%n_elements - 1)/(2*side))
+        left = side*(passes - 1)
+        right = self%n_elements - left
+        allocate (self%pass_slot(passes + 1), self%pass_step(passes), self%pass_elements(passes))
+        self%pass_step = [(side*(p - 1), p=1, passes)]
+        self%pass_elements = 2*side
+        self%pass_elements(passes) = right - left
+        s = 2*side/lanes*(passes - 1) + (right - left + lanes - 1)/lanes
+        allocate (self%slot_first(s), self%slot_last(s), self%slot_constants(s))
+        s = 0
+        do p = 1, passes
+            left = self%pass_step(p)
+            right = self%n_elements - left
+            self%pass_slot(p) = s
+            if (p == passes) then
+                call add_slots(left + 1, right)
+            else
+                call add_slots(left + 1, left + side)
+                call add_slots(right - side + 1, right)
+            end if
+        end do
+        self%pass_slot(passes + 1) = s
+
+    contains
+
+        subroutine add_slots(first, last)
+            integer, intent(in) :: first, last
+
+            do e = first, last, lanes
+                s = s + 1
+                self%slot_first(s) = e
+                self%slot_last(s) = min(e + lanes - 1, last)
+            end do
+        end subroutine add_slots
+
+    end subroutine plan_passes
+
+    !> Constants of every slot; neighbours that are alike share theirs.
+    subroutine build_constants(self, system)
+        class(block_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        real(wp) :: constants(lanes, n_element), last(lanes, n_element)
+        integer :: round, s, sets
+
+        ! The first round counts the sets, the second one fills them in.
+        do round = 1, 2
+            sets = 0
+            last = -1.0_wp
+            do s = 1, size(self%slot_first)
+                call slot_constants(self, system, s, constants)
+                if (any(abs(constants - last) > 0.0_wp)) sets = sets + 1
+                last = constants
+                self%slot_constants(s) = sets
+                if (round == 2) self%constants(:, :, sets) = constants
+            end do
+            if (round == 1) allocate (self%constants(lanes, n_element, sets))
+        end do
+    end subroutine build_constants
+
+    pure subroutine slot_constants(self, system, slot, constants)
+        class(block_t), intent(in) :: self
+        type(system_t), intent(in) :: system
+        integer, intent(in) :: slot
+        real(wp), intent(out) :: constants(lanes, n_element)
+        real(wp) :: length
+        integer :: l, e, k
+
+        constants = 0.0_wp
+        do l = 1, lanes
+            e = min(self%slot_first(slot) + l - 1, self%slot_last(slot))
+            length = 2.0_wp*system%half_length(e)
+            associate (section => system%sections(system%kind(e)), con => constants(l, :))
+                con(at_mu) = section%p(1)
+                con(at_log) = section%p(1) - section%p(2)/section%p(3)
+                con(at_power) = -section%p(2)/section%p(3)
+                con(at_bend) = section%p(2)/section%p(3)*(section%p(3) + 1.0_wp)
+                con(at_minus_beta) = -section%p(3)
+                con(at_inverse_jm) = section%p(4)
+                if (self%has_middle) con(at_middle) = 0.5_wp*length*section%wz(self%pairs + 1)
+                do k = 1, self%pairs
+                    con(at_z + k) = section%z(section%nz + 1 - k)
+                    con(at_weight + k) = 0.5_wp*length*section%wz(section%nz + 1 - k)
+                end do
+                con(at_slope) = 2.0_wp/length
+                con(at_kappa) = length/(2.0_wp*sqrt(3.0_wp))
+                con(at_bubble) = length*sqrt(3.0_wp)/4.0_wp
+                con(at_by_bubble) = 4.0_wp/(length*sqrt(3.0_wp))
+                con(at_swing) = length**2/48.0_wp
+                con(at_mass + 1:at_mass + n_fields) = length*system%mass%density(:, system%kind(e))
+            end associate
+        end do
+    end subroutine slot_constants
+
+    subroutine evaluate(self, system, stage, u, admissible)
+        class(block_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in) :: u(:)
+        logical, intent(out) :: admissible
+
+        call linearise(self, stage, u, admissible)
+    end subroutine evaluate
+
+    subroutine residual(self, system, stage, u, r)
+        class(block_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in) :: u(:)
+        real(wp), intent(out) :: r(:)
+        logical :: admissible
+
+        call linearise(self, stage, u, admissible, r)
+        where (system%fixed) r = 0.0_wp
+    end subroutine residual
+
+    !> The increment that is solved for is that of the point where the internal force is evaluated,
+    !> force_factor times that of the unknowns: then the tangent of the internal force needs no scaling.
+    subroutine linearise(self, stage, u, admissible, r)
+        class(block_t), intent(inout) :: self
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in) :: u(:)
+        logical, intent(out) :: admissible
+        real(wp), intent(out), optional :: r(:)     !! residual, unknown by unknown
+
+        self%force_factor = stage%force_factor
+        if (stage%mass_factor > 0.0_wp) self%work = stage%mass_factor*(u - stage%u_mass)
+        associate (factor => stage%force_factor)
+            if (factor < 1.0_wp) then
+                call condense_and_eliminate(self, stage%u_start + factor*(u - stage%u_start), &
+                    stage%f_external, &
+                    stage%mass_factor/factor, admissible, r)
+            else
+                call condense_and_eliminate(self, u, stage%f_external, stage%mass_factor, admissible, r)
+            end if
+        end associate
+    end subroutine linearise
+
+    !> From the ends of the beam to its middle, pass by pass.
+    subroutine condense_and_eliminate(self, u, load, mass_factor, admissible, r)
+        class(block_t), intent(inout) :: self
+        real(wp), intent(in) :: u(:)                !! where the internal force is evaluated
+        real(wp), intent(in) :: load(:)             !! external force
+        real(wp), intent(in) :: mass_factor         !! over the force factor
+        logical, intent(out) :: admissible
+        real(wp), intent(out), optional :: r(:)
+        real(wp) :: part(lanes, n_condensed, pass_slots), room(lanes), pivot(lanes)
+        real(wp) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
+        integer :: pass, s, first
+
+        if (present(r)) r = -load
+        room = 1.0_wp
+        pivot = 1.0_wp
+        pivots = 1.0_wp
+        k = 0.0_wp
+        rhs = 0.0_wp
+        raw = 0.0_wp
+        self%largest_residual = 0.0_wp
+        self%largest_force = 0.0_wp
+        do pass = 1, size(self%pass_step)
+            first = self%pass_slot(pass)
+            do s = first + 1, self%pass_slot(pass + 1)
+                call condense_slot(self, s, u, load, mass_factor, part(:, :, s - first), room, pivot)
+                if (present(r)) call gather_residual(self, s, part(:, :, s - first), r)
+            end do
+            admissible = all(room > 0.0_wp)
+            if (.not. admissible) return
+            call eliminate_pass(self, pass, part, load, k, rhs, raw, pivots)
+            self%is_definite = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
+            if (.not. self%is_definite) return
+        end do
+        call eliminate_last(self, load, k, rhs, raw, pivots)
+        self%is_definite = all(pivots > 0.0_wp)
+    end subroutine condense_and_eliminate
+
+    !> The elements of a slot, their middle nodes eliminated.
+    subroutine condense_slot(self, slot, u, load, mass_factor, part, room, pivot)
+        class(block_t), intent(inout) :: self
+        integer, intent(in) :: slot
+        real(wp), intent(in) :: u(:), load(:), mass_factor
+        real(wp), intent(out) :: part(lanes, n_condensed)
+        real(wp), intent(inout) :: room(lanes), pivot(lanes)
+        real(wp) :: fields(lanes, 3*n_fields), a(lanes, 3*n_fields), f(lanes, n_fields)
+        integer :: l, i, first
+
+        do l = 1, lanes
+            first = n_node*(min(self%slot_first(slot) + l - 1, self%slot_last(slot)) - 1)
+            do i = 1, 3*n_fields
+                fields(l, i) = u(first + i)
+                a(l, i) = self%work(first + i)
+            end do
+            do i = 1, n_fields
+                f(l, i) = load(first + n_fields + i)
+            end do
+        end do
+        call condense_element(self%pairs, self%has_middle, self%is_square, &
+            self%constants(:, :, self%slot_constants(slot)), mass_factor, fields, a, f, part, &
+            self%kept(:, :, slot), room, pivot)
+        do i = 1, n_fields
+            self%largest_residual(i) = max(self%largest_residual(i), maxval(abs(part(:, at_raw + 5 + i))))
+            self%largest_force(i) = max(self%largest_force(i), maxval(abs(part(:, at_raw + i))), &
+                                        maxval(abs(part(:, at_raw + 10 + i))))
+        end do
+    end subroutine condense_slot
+
+    !> r <- r + the residual of a slot's elements on their nodes (external forces are in r already).
+    subroutine gather_residual(self, slot, part, r)
+        class(block_t), intent(in) :: self
+        integer, intent(in) :: slot
+        real(wp), intent(in) :: part(lanes, n_condensed)
+        real(wp), intent(inout) :: r(:)
+        integer :: e, l, first
+
+        do e = self%slot_first(slot), self%slot_last(slot)
+            l = e - self%slot_first(slot) + 1
+            first = n_node*(e - 1)
+            r(first + 1:first + 5) = r(first + 1:first + 5) + part(l, at_raw + 1:at_raw + 5)
+            r(first + 6:first + 10) = part(l, at_raw + 6:at_raw + 10)
+            r(first + 11:first + 15) = r(first + 11:first + 15) + part(l, at_raw + 11:at_raw + 15)
+        end do
+    end subroutine gather_residual
+
+    !> Eliminate the end nodes of a pass, one from each end of the beam at a time (lane 1 from the left, lane
+    !> 2 from the right). k, rhs and raw are what the nodes before have left: block, right-hand side, and
+    !> residual before any elimination. With an odd number of elements the last one is eliminated from the
+    !> left alone.
+    subroutine eliminate_pass(self, pass, part, f_external, k, rhs, raw, pivots)
+        class(block_t), intent(inout) :: self
+        integer, intent(in) :: pass
+        real(wp), intent(in) :: part(lanes, n_condensed, pass_slots), f_external(:)
+        real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
+        real(wp), dimension(pair, n_triangle) :: this_k, next_k
+        real(wp), dimension(pair, n_fields) :: this_rhs, next_rhs, this_raw, next_raw
+        real(wp) :: c(pair, n_fields, n_fields)
+        integer :: i, step, left, right
+        logical :: is_alone
+
+        do i = 1, (self%pass_elements(pass) + 1)/2
+            step = self%pass_step(pass) + i
+            left = i - 1
+            right = self%pass_elements(pass) - i
+            is_alone = left == right
+            call enter(part(:, :, left/lanes + 1), part(:, :, right/lanes + 1), modulo(left, lanes) + 1, &
+                       modulo(right, lanes) + 1, k, rhs, raw, this_k, this_rhs, this_raw, c, next_k, &
+                           next_rhs, next_raw)
+            call load_node(self, step - 1, step, 1, f_external, this_k, this_rhs, this_raw, c)
+            call load_node(self, self%n_elements + 1 - step, self%n_elements - step, 2, f_external, this_k, &
+                           this_rhs, this_raw, c)
+            call eliminate_node(this_k, c, this_rhs, next_k, next_rhs, self%kept_node(:, :, step), pivots)
+            if (is_alone) then
+                k(1, :) = next_k(1, :)
+                rhs(1, :) = next_rhs(1, :)
+                raw(1, :) = next_raw(1, :)
+                this_raw(2, :) = 0.0_wp
+            else
+                k = next_k
+                rhs = next_rhs
+                raw = next_raw
+            end if
+            self%largest_residual = max(self%largest_residual, abs(this_raw(1, :)), abs(this_raw(2, :)))
+        end do
+    end subroutine eliminate_pass
+
+    !> The blocks of a step: what is carried plus the near end of the next element, its coupling, its far end.
+    !> The right element (part2, lane l2) is seen in the mirror.
+    pure subroutine enter(part1, part2, l1, l2, k, rhs, raw, this_k, this_rhs, this_raw, c, next_k, &
+        next_rhs, next_raw)
+        real(wp), intent(in) :: part1(lanes, n_condensed), part2(lanes, n_condensed)
+        integer, intent(in) :: l1, l2
+        real(wp), intent(in) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields)
+        real(wp), intent(out), dimension(pair, n_triangle) :: this_k, next_k
+        real(wp), intent(out), dimension(pair, n_fields) :: this_rhs, next_rhs, this_raw, next_raw
+        real(wp), intent(out) :: c(pair, n_fields, n_fields)
+        integer :: i, j
+
+        !GCC$ unroll 15
+        do j = 1, n_triangle
+            this_k(:, j) = k(:, j) + [part1(l1, at_ll + j), part2(l2, at_rr + j)]
+            next_k(:, j) = [part1(l1, at_rr + j), part2(l2, at_ll + j)]
+        end do
+        !GCC$ unroll 5
+        do j = 1, n_fields
+            this_rhs(:, j) = rhs(:, j) + [part1(l1, at_l + j), part2(l2, at_r + j)]
+            next_rhs(:, j) = [part1(l1, at_r + j), part2(l2, at_l + j)]
+            this_raw(:, j) = raw(:, j) + [part1(l1, at_raw + j), part2(l2, at_raw + 10 + j)]
+            next_raw(:, j) = [part1(l1, at_raw + 10 + j), part2(l2, at_raw + j)]
+            !GCC$ unroll 5
+            do i = 1, n_fields
+                c(:, i, j) = [part1(l1, at_lr + 5*(j - 1) + i), part2(l2, at_lr + 5*(i - 1) + j)]
+            end do
+        end do
+    end subroutine enter
+
+    !> The external force on a node and its supports, and those of the next node.
+    pure subroutine load_node(self, node, next, lane, f_external, k, rhs, raw, c)
+        class(block_t), intent(in) :: self
+        integer, intent(in) :: node, next, lane
+        real(wp), intent(in) :: f_external(:)
+        real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields)
+        real(wp), intent(inout) :: c(pair, n_fields, n_fields)
+        integer :: i, first
+
+        first = n_node*node
+        rhs(lane, :) = rhs(lane, :) - f_external(first + 1:first + n_fields)
+        raw(lane, :) = raw(lane, :) - f_external(first + 1:first + n_fields)
+        if (self%has_support(node)) then
+            do i = 1, n_fields
+                if (.not. self%is_held(i, node)) cycle
+                call hold(i, k(lane, :))
+                rhs(lane, i) = 0.0_wp
+                raw(lane, i) = 0.0_wp
+                c(lane, i, :) = 0.0_wp
+            end do
+        end if
+        if (self%has_support(next)) then
+            do i = 1, n_fields
+                if (self%is_held(i, next)) c(lane, :, i) = 0.0_wp
+            end do
+        end if
+    end subroutine load_node
+
+    !> Turn a row and column of a block into those of the identity.
+    pure subroutine hold(i, k)
+        integer, intent(in) :: i
+        real(wp), intent(inout) :: k(n_triangle)
+        integer :: j
+
+        do j = 1, n_fields
+            k(max(i, j)*(max(i, j) - 1)/2 + min(i, j)) = 0.0_wp
+        end do
+        k(i*(i + 1)/2) = 1.0_wp
+    end subroutine hold
+
+    !> The node in which both ends meet; both lanes do the same.
+    subroutine eliminate_last(self, f_external, k, rhs, raw, pivots)
+        class(block_t), intent(inout) :: self
+        real(wp), intent(in) :: f_external(:)
+        real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
+        real(wp) :: c(pair, n_fields, n_fields), next_k(pair, n_triangle), next_rhs(pair, n_fields)
+        integer :: steps, lane
+
+        steps = (self%n_elements + 1)/2
+        k = spread(k(1, :) + k(2, :), 1, pair)
+        rhs = spread(rhs(1, :) + rhs(2, :), 1, pair)
+        raw = spread(raw(1, :) + raw(2, :), 1, pair)
+        c = 0.0_wp
+        do lane = 1, pair
+            call load_node(self, steps, steps, lane, f_external, k, rhs, raw, c)
+        end do
+        self%largest_residual = max(self%largest_residual, abs(raw(1, :)))
+        next_k = 0.0_wp
+        next_rhs = 0.0_wp
+        call eliminate_node(k, c, rhs, next_k, next_rhs, self%kept_node(:, :, steps + 1), pivots)
+    end subroutine eliminate_last
+
+    !> Back from the middle of the beam to its ends, and from the ends of the elements to their middles.
+    subroutine solve(self, increment, singular)
+        class(block_t), intent(inout) :: self
+        real(wp), intent(out) :: increment(:)
+        integer, intent(out) :: singular
+        real(wp) :: x(pair, n_fields), next(pair, n_fields)
+        integer :: step, steps, right, s
+
+        singular = merge(0, -1, self%is_definite)
+        if (singular /= 0) return
+        steps = (self%n_elements + 1)/2
+        next = 0.0_wp
+        call back_substitute(self%kept_node(:, :, steps + 1), next, x)
+        increment(n_node*steps + 1:n_node*steps + n_fields) = x(1, :)
+        do step = steps, 1, -1
+            next = x
+            call back_substitute(self%kept_node(:, :, step), next, x)
+            increment(n_node*(step - 1) + 1:n_node*(step - 1) + n_fields) = x(1, :)
+            right = n_node*(self%n_elements + 1 - step)
+            ! Where the last element was eliminated from the left alone, the right end goes on from the
+            ! middle.
+            if (2*step > self%n_elements) then
+                x(2, :) = next(2, :)
+            else
+                increment(right + 1:right + n_fields) = x(2, :)
+            end if
+        end do
+        do s = 1, size(self%slot_first)
+            call recover_slot(self, s, increment)
+        end do
+        if (self%force_factor < 1.0_wp) increment = increment/self%force_factor
+    end subroutine solve
+
+    !> Increments of the middle nodes of a slot.
+    pure subroutine recover_slot(self, slot, increment)
+        class(block_t), intent(in) :: self
+        integer, intent(in) :: slot
+        real(wp), intent(inout) :: increment(*)
+        real(wp) :: du(lanes, 3*n_fields)
+        integer :: l, i, first
+
+        do l = 1, lanes
+            first = n_node*(min(self%slot_first(slot) + l - 1, self%slot_last(slot)) - 1)
+            do i = 1, n_fields
+                du(l, i) = increment(first + i)
+                du(l, n_node + i) = increment(first + n_node + i)
+            end do
+        end do
+        call recover_middle(self%constants(:, :, self%slot_constants(slot)), self%kept(:, :, slot), du)
+        do l = 1, self%slot_last(slot) - self%slot_first(slot) + 1
+            first = n_node*(self%slot_first(slot) + l - 2) + n_fields
+            do i = 1, n_fields
+                increment(first + i) = du(l, n_fields + i)
+            end do
+        end do
+    end subroutine recover_slot
+
+    real(wp) function relative_residual(self, system, stage)
+        class(block_t), intent(in) :: self
+        type(system_t), intent(in) :: system
+        type(stage_t), intent(in) :: stage
+        real(wp) :: forces
+
+        relative_residual = maxval(self%largest_residual*system%field_scale)
+        forces = maxval(self%largest_force*system%field_scale)
+        ! Where nothing but inertia acts, the residual is all there is.
+        if (relative_residual > 0.0_wp) relative_residual = relative_residual/max(forces, relative_residual)
+    end function relative_residual
+
+    !> Pivots that vanish are another solver's matter (`solve`).
+    integer function mechanism(self)
+        class(block_t), intent(in) :: self
+
+        mechanism = 0
+    end function mechanism
+
+end module gb_block
