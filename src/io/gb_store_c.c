@@ -408,6 +408,18 @@ static int is_in_its_place(store_t *store)
     return 1;
 }
 
+/* Network file systems tell of a full quota when a file is closed: closing a second descriptor asks them. */
+static int ask_file_system(store_t *store)
+{
+#ifdef F_OFD_SETLK
+    int again = dup(store->file);
+
+    if (again >= 0 && close(again) != 0)
+        return failed(store, strerror(errno));
+#endif
+    return 0;
+}
+
 /* After HDF5 has closed the edition: put it into the file and make it the valid one. `reserve`: leave room for it to
    grow; `durable`: let it reach the disk first. 0: went well; 1: it failed; 2: it did not fit, make it once more. */
 int gb_store_commit(store_t *store, int reserve, int durable)
@@ -434,7 +446,7 @@ int gb_store_commit(store_t *store, int reserve, int durable)
         return failed(store, strerror(errno));
     if (store->disk_size < store->end)
         store->disk_size = store->end;
-    if (durable && fdatasync(store->file) != 0)
+    if (ask_file_system(store) != 0 || (durable && fdatasync(store->file) != 0))
         return failed(store, strerror(errno));
     if (write_at(store, store->superblock, store->superblock_bytes, 0) != 0)
         return 1;
