@@ -6,6 +6,7 @@ module gb_run
     use gb_text, only: to_text
     use gb_version, only: program_version, git_revision
     use gb_log, only: log_t
+    use gb_capacity, only: lacks_memory
     use gb_posix, only: ignore_write_signals
     use gb_threads, only: use_one_blas_thread
     use gb_problem, only: problem_t, task_static, task_modal
@@ -21,6 +22,7 @@ module gb_run
     use gb_summary, only: print_summary
     use gb_command_line, only: options_t, read_command_line, help_text
     use gb_monitor, only: monitor_t
+    use gb_needs, only: memory_needed
     implicit none
     private
 
@@ -78,8 +80,20 @@ contains
         log%level = options%log_level
         call print_summary(problem, log)
         if (options%check_only) return
-        call solve_problem(problem, options, error)
+        call check_memory(problem, error)
+        if (.not. allocated(error)) call solve_problem(problem, options, error)
     end subroutine run_deck
+
+    !> A model that is too large for the machine is told before it takes all there is.
+    subroutine check_memory(problem, error)
+        type(problem_t), intent(in) :: problem
+        type(error_t), allocatable, intent(out) :: error
+        character(:), allocatable :: reason
+
+        reason = lacks_memory(memory_needed(problem))
+        if (len(reason) > 0) call raise(error, status_input, 'the model of ' &
+            // to_text(problem%model%mesh%n_nodes()) // ' nodes is too large for this machine: ' // reason)
+    end subroutine check_memory
 
     !> Run the solution commands in their order, each from the state the last one left.
     subroutine solve_problem(problem, options, error)
