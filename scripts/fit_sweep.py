@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Fits the parameters of a study to a measured history of a probe.
 
-Between the members every value of the history is interpolated by a polynomial in the parameters (in their logarithms,
-where they are positive). Its parameters are moved until the history is as near as possible to the measured one. How
-much it changes with them says how well they are known: one standard deviation, for noise that is independent from
-point to point. That the interpolation is good enough is checked and said.
+Between the members every value of the history is interpolated by a polynomial in the parameters (in their
+logarithms, where they are positive). Its parameters are moved until the history is as near as possible to
+the measured one. How much it changes with them says how well they are known: one standard deviation, for
+noise that is independent from point to point. That the interpolation is good enough is checked and said.
 
 example:
   fit_sweep.py fit.h5 --data measured.csv --probe tip -o fit.png
@@ -41,7 +41,9 @@ ROUNDS = 50
 
 def parse_arguments():
     parser = Parser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("file", metavar="FILE.h5", help="results of a deck with SWEEPs that keeps histories")
+    parser.add_argument(
+        "file", metavar="FILE.h5", help="results of a deck with SWEEPs that keeps histories"
+    )
     parser.add_argument(
         "--data", required=True, metavar="TABLE", help="two columns: time and value; # comments"
     )
@@ -98,7 +100,7 @@ def read_table(path):
 
 
 class Fit:
-    """The best parameters between the members: .values, .spread, .rms; .misfit is what the interpolation is off."""
+    """The best parameters between the members: .values, .spread, .rms; .misfit of the interpolation."""
 
     def __init__(self, values, histories, measured, start):
         self.logarithms = (values > 0).all(axis=0)
@@ -180,13 +182,17 @@ def report(names, values, squares, points, fit):
             + "  ".join(f"{value:10.5g}" for value in values[i])
             + f"  {np.sqrt(squares[i] / points):10.4g}"
         )
-    print("fit: " + ", ".join(f"{n} = {v:.5g} +- {d:.2g}" for n, v, d in zip(names, fit.values, fit.spread)))
     print(
-        f"rms distance of the fit {fit.rms:.4g}; interpolated by degree {fit.degree}, which is off by {fit.misfit:.2g}"
+        "fit: " + ", ".join(f"{n} = {v:.5g} +- {d:.2g}" for n, v, d in zip(names, fit.values, fit.spread))
+    )
+    print(
+        f"rms distance of the fit {fit.rms:.4g}; interpolated by degree {fit.degree}, "
+        f"which is off by {fit.misfit:.2g}"
     )
     if fit.misfit > 0.3 * fit.rms:
         warn(
-            "the interpolation between the members is not much better than the fit: take more members, nearer by"
+            "the interpolation between the members is not much better than the fit: "
+            "take more members, nearer by"
         )
     if fit.at_edge:
         warn("the fit lies at the edge of the study: widen it")
@@ -217,7 +223,7 @@ def draw(names, values, squares, histories, measured, fit, labels, title=None, s
 
 
 def draw_map(figure, axis, values, measured, fit):
-    """The distance over two parameters as interpolated, the members it comes from, and the fit in its ellipse."""
+    """The interpolated distance over two parameters, the members, and the fit in its ellipse."""
     ends = np.linspace(-1.0, 1.0, 81)
     grid = fit.unscaled(np.stack(np.meshgrid(ends, ends), axis=-1).reshape(-1, 2))
     shape = (len(ends), len(ends))

@@ -3,8 +3,8 @@
 
 NAME=normal:MEAN:SPREAD       NAME=uniform:LOW:HIGH       NAME=lognormal:MEDIAN:SPREAD (of the logarithm)
 
-The same seed gives the same table. Members are spread evenly over the range of every single parameter (a Latin
-hypercube), which makes means and spreads of the responses more exact than independent draws would.
+The same seed gives the same table. Members are spread evenly over the range of every single parameter (a
+Latin hypercube), which makes means and spreads of the responses more exact than independent draws would.
 
 example:
   sample_parameters.py -n 10000 --seed 1 E=normal:12000:600 h=uniform:0.95:1.05 -o samples.csv

@@ -21,7 +21,8 @@ module gb_results
         'kinetic energy', 'strain energy', 'work of the loads since the command began', &
         'energy taken by damping since the command began', &
         'kinetic + strain - external + dissipated, from its start value']
-    character(10), parameter, public :: solver_names(n_solver) = [character(10) :: 'iterations', 'cuts', 'step', &
+    character(10), parameter, public :: solver_names(n_solver) = [character(10) :: 'iterations', 'cuts', &
+        'step', &
         'residual']
     character(64), parameter, public :: solver_descriptions(n_solver) = [character(64) :: &
         'Newton iterations, those of rejected attempts included', 'times the step was halved', &

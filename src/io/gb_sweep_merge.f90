@@ -2,7 +2,8 @@
 module gb_sweep_merge
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_file
-    use gb_hdf5_direct, only: hid_t, create_file, flush_file, close_file, create_group, close_group, put_attribute, &
+    use gb_hdf5_direct, only: hid_t, create_file, flush_file, close_file, create_group, close_group, &
+        put_attribute, &
         replace_attribute
     use gb_hdf5_read, only: open_file, open_group, has_link, copy_object, link_names, max_link, get_text, &
         get_text_attribute, get_text_list, get_integer_attribute, get_real_attribute
@@ -101,7 +102,8 @@ contains
             error)
         if (.not. allocated(error)) call open_group(shard%sweep, 'summary', shard%summary, error)
         if (.not. allocated(error)) then
-            if (has_link(shard%sweep, 'members')) call open_group(shard%sweep, 'members', shard%members, error)
+            if (has_link(shard%sweep, 'members')) call open_group(shard%sweep, 'members', shard%members, &
+                error)
         end if
         if (allocated(error)) error%message = 'cannot read ' // shard%path // ' as the results of a SWEEP: ' &
             // error%message
