@@ -69,8 +69,8 @@ def submit(cluster, executable, folder, *arguments):
 
 
 def let_start(cluster, task):
-    """A job that was requeued waits for two minutes otherwise. slurmd takes one that comes back within a second of
-    its end for the one that has ended."""
+    """A job that was requeued waits for two minutes otherwise. One that comes back within a second of its end
+    slurmd takes for the one that has ended."""
     cluster.wait_for(lambda: cluster.state(task) == "PENDING", f"{task} in the queue")
     time.sleep(3)
     cluster.run("scontrol", "update", f"JobId={task}", "StartTime=now", check=False)
