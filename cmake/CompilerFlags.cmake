@@ -7,6 +7,8 @@ target_compile_options(gentbeam_flags INTERFACE
     $<${gnu_fortran}:-std=f2008 -Wall -Wextra -Wimplicit-interface -Wimplicit-procedure>
     $<${gnu_fortran}:-Wno-do-subscript -Wno-maybe-uninitialized -Wno-uninitialized>
     $<${gnu_fortran}:-Wno-unused-dummy-argument>)
+# Members of a study run on several threads: no local array may be kept from call to call.
+target_compile_options(gentbeam_flags INTERFACE $<${gnu_fortran}:-frecursive>)
 if(GENTBEAM_WERROR)
     target_compile_options(gentbeam_flags INTERFACE $<${gnu_fortran}:-Werror>)
 endif()

@@ -13,4 +13,5 @@ write_basic_package_version_file(gentbeamConfigVersion.cmake COMPATIBILITY SameM
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/gentbeamConfig.cmake
     ${CMAKE_CURRENT_BINARY_DIR}/gentbeamConfigVersion.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/gentbeam)
-install(DIRECTORY input/ DESTINATION ${CMAKE_INSTALL_DATADIR}/gentbeam/input FILES_MATCHING PATTERN "*.inp")
+install(DIRECTORY input/ DESTINATION ${CMAKE_INSTALL_DATADIR}/gentbeam/input
+    FILES_MATCHING PATTERN "*.inp" PATTERN "*.csv")

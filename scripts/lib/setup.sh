@@ -9,6 +9,8 @@ oldest_gfortran=12
 
 # What has to be on the machine: a probe, and the Debian package that supplies it.
 tools=(gfortran:gfortran gcc:gcc cmake:cmake ninja:ninja-build pkg-config:pkg-config git:git)
+# What the tests of studies start: a batch system, and two other ways to run shards.
+launchers=(munge slurmctld slurmd slurm-client openmpi-bin parallel)
 libraries=(libc6-dev liblapack-dev libblas-dev libhdf5-dev ca-certificates)
 
 current_stage='start'
@@ -106,6 +108,18 @@ setup_toolchain() {
         missing+=(python3 python3-venv)
     [ ${#missing[@]} -eq 0 ] || apt_install "${missing[@]}"
     choose_compiler
+}
+
+# Elsewhere than on Debian's kin the tests say which of them they lack.
+setup_launchers() {
+    stage 'launchers: Slurm, Open MPI, GNU parallel'
+    local missing=() package
+    if have dpkg-query && have apt-get; then
+        for package in "${launchers[@]}"; do
+            package_installed "$package" || missing+=("$package")
+        done
+        [ ${#missing[@]} -eq 0 ] || apt_install "${missing[@]}"
+    fi
 }
 
 # The stamp ties the environment to the requirements it was made from.

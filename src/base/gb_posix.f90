@@ -25,9 +25,18 @@ module gb_posix
         !> kill.
         subroutine ignore_write_signals() bind(c, name="gb_ignore_write_signals")
         end subroutine ignore_write_signals
+
+        !> From now on the program may open as many files at once as the system allows.
+        subroutine raise_file_limit() bind(c, name="gb_raise_file_limit")
+        end subroutine raise_file_limit
+
+        !> Let others work for a tenth of a millisecond.
+        subroutine pause_briefly() bind(c, name="gb_pause_briefly")
+        end subroutine pause_briefly
     end interface
 
     public :: standard_error_is_terminal, write_output, ignore_write_signals, to_fortran
+    public :: pause_briefly, raise_file_limit
 
 contains
 

@@ -3,6 +3,8 @@
 #include <errno.h>
 #include <signal.h>
 #include <stddef.h>
+#include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 
 /* All bytes, or -1 with errno set. */
@@ -31,4 +33,22 @@ void gb_ignore_write_signals(void)
 {
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
+}
+
+/* As many open files as the system allows. */
+void gb_raise_file_limit(void)
+{
+    struct rlimit limit;
+
+    if (getrlimit(RLIMIT_NOFILE, &limit) == 0) {
+        limit.rlim_cur = limit.rlim_max;
+        setrlimit(RLIMIT_NOFILE, &limit);
+    }
+}
+
+/* Let others work for a tenth of a millisecond. */
+void gb_pause_briefly(void)
+{
+    struct timespec moment = {.tv_nsec = 100000};
+    nanosleep(&moment, NULL);
 }

@@ -10,9 +10,15 @@ module gb_text
     character(1), parameter, public :: newline = achar(10)
 
     !> The shortest plain text of a number: 10, 0.5, 1.35e-4.
+    !>
+    !> Threads that solve side by side write texts too. gfortran keeps the length of a result that is
+    !> `character(:), allocatable` in one place for all of them, so what they call has results of known
+    !> length.
     interface to_text
-        module procedure integer_to_text, real_to_text
+        module procedure integer_to_text, real_to_text, digits_to_text
     end interface to_text
+
+    integer, parameter :: usual_digits = 6
 
 contains
 
@@ -40,29 +46,58 @@ contains
         end do
     end function upper_case
 
-    pure function integer_to_text(number) result(text)
+    pure integer function integer_length(number) result(length)
         integer, intent(in) :: number
-        character(:), allocatable :: text
         character(24) :: buffer
 
         write (buffer, '(i0)') number
-        text = trim(buffer)
+        length = len_trim(buffer)
+    end function integer_length
+
+    pure integer function real_length(number, digits) result(length)
+        real(wp), intent(in) :: number
+        integer, intent(in) :: digits
+
+        length = len_trim(written(number, digits))
+    end function real_length
+
+    pure function integer_to_text(number) result(text)
+        integer, intent(in) :: number
+        character(integer_length(number)) :: text
+
+        write (text, '(i0)') number
     end function integer_to_text
 
-    !> A real with `digits` significant digits (default 6), trailing zeros dropped, as %g of C writes it.
-    pure function real_to_text(number, digits) result(text)
+    !> A real with 6 significant digits, trailing zeros dropped, as %g of C writes it.
+    pure function real_to_text(number) result(text)
         real(wp), intent(in) :: number
-        integer, intent(in), optional :: digits
-        character(:), allocatable :: text
-        character(48) :: buffer
-        character(:), allocatable :: sign, figures
-        integer :: nd, exponent, mark
+        character(real_length(number, usual_digits)) :: text
 
-        nd = 6
-        if (present(digits)) nd = max(1, min(17, digits))
+        text = written(number, usual_digits)
+    end function real_to_text
+
+    !> The same with another number of significant digits.
+    pure function digits_to_text(number, digits) result(text)
+        real(wp), intent(in) :: number
+        integer, intent(in) :: digits
+        character(real_length(number, digits)) :: text
+
+        text = written(number, digits)
+    end function digits_to_text
+
+    !> The number on the left of a field that is long enough for all.
+    pure function written(number, digits) result(text)
+        real(wp), intent(in) :: number
+        integer, intent(in) :: digits
+        character(48) :: text
+        character(48) :: buffer
+        character(17) :: figures
+        integer :: nd, exponent, mark, first
+
+        nd = max(1, min(17, digits))
         if (.not. abs(number) <= huge(number)) then
-            write (buffer, *) number
-            text = trim(adjustl(buffer))
+            write (text, *) number
+            text = adjustl(text)
             return
         end if
         write (buffer, scientific_layout(nd)) number
@@ -70,20 +105,40 @@ contains
         mark = index(buffer, 'E')
         exponent = small_integer(buffer(mark + 2:mark + 4))
         if (buffer(mark + 1:mark + 1) == '-') exponent = -exponent
-        sign = ''
-        if (buffer(1:1) == '-') sign = '-'
-        figures = buffer(len(sign) + 1:len(sign) + 1) // buffer(len(sign) + 3:mark - 1)
+        first = 1
+        if (buffer(1:1) == '-') first = 2
+        figures = buffer(first:first) // buffer(first + 2:mark - 1)
         if (exponent < -3 .or. exponent >= max(nd, 6)) then
-            text = without_zeros(buffer(:mark - 1)) // 'e' // integer_to_text(exponent)
+            text = buffer(:mark - 1)
+            call drop_zeros(text)
+            write (buffer, '(i0)') exponent
+            text = trim(text) // 'e' // buffer
         else if (exponent < 0) then
-            text = sign // without_zeros('0.' // repeat('0', -exponent - 1) // figures)
+            text = buffer(:first - 1) // '0.' // repeat('0', -exponent - 1) // figures
+            call drop_zeros(text)
         else if (exponent < nd) then
-            text = sign // without_zeros(figures(:exponent + 1) // '.' // figures(exponent + 2:))
+            text = buffer(:first - 1) // figures(:exponent + 1) // '.' // figures(exponent + 2:)
+            call drop_zeros(text)
         else
-            write (buffer, '(f40.0)') number
-            text = without_zeros(trim(adjustl(buffer)))
+            write (text, '(f40.0)') number
+            text = adjustl(text)
+            call drop_zeros(text)
         end if
-    end function real_to_text
+    end function written
+
+    !> Zeros at the end behind a point mean nothing.
+    pure subroutine drop_zeros(text)
+        character(*), intent(inout) :: text
+        integer :: last
+
+        last = len_trim(text)
+        if (index(text, '.') > 0) then
+            last = verify(text(:last), '0', back=.true.)
+            if (text(last:last) == '.') last = last - 1
+        end if
+        text = text(:last)
+        if (text == '' .or. text == '-') text = '0'
+    end subroutine drop_zeros
 
     !> The format of a real with so many significant digits.
     pure function scientific_layout(digits) result(layout)
@@ -122,22 +177,6 @@ contains
             if (status == 0 .and. .not. abs(again - number) > 0.0_wp) return
         end do
     end function exact_text
-
-    pure function without_zeros(digits) result(short)
-        character(*), intent(in) :: digits
-        character(:), allocatable :: short
-        integer :: last
-
-        last = len(digits)
-        if (index(digits, '.') > 0) then
-            do while (digits(last:last) == '0')
-                last = last - 1
-            end do
-            if (digits(last:last) == '.') last = last - 1
-        end if
-        short = digits(:last)
-        if (len(short) == 0 .or. short == '-') short = '0'
-    end function without_zeros
 
     !> A byte as people write it in hexadecimal: 0x1F.
     pure function hexadecimal(byte) result(text)

@@ -290,7 +290,7 @@ contains
         character(:), allocatable :: reason
 
         if (task%solver /= solver_block) return
-        reason = block_obstacle(draft%problem%model)
+        reason = trim(block_obstacle(draft%problem%model))
         if (task%kind == task_transient .and. len(reason) == 0) then
             if (task%scheme == 'energy') reason = 'the tangent of the scheme energy is not symmetric'
             if (task%scheme == 'central') reason = 'the scheme central solves no equations'

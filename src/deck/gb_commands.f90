@@ -246,8 +246,8 @@ contains
             choices='u v a strain stress none', &
                                  coming='strain stress', &
                                  description='histories of the whole beam that are kept'))
-        call table%add_form(form_t(command='SWEEP', open=.true., available=.false., description= &
-            'Runs the deck for every value of a parameter, parameter=[list]; several cross.'))
+        call table%add_form(form_t(command='SWEEP', open=.true., description= &
+            'Runs the deck for every value of a parameter, parameter=[list]; several SWEEPs cross.'))
         call text(table, 'file', '', 'table with a header line of parameter names')
         call table%add_form(form_t(command='END', part=part_any, once=.true., &
             description='Closes the model.'))

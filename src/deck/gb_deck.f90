@@ -1,10 +1,6 @@
 !> The deck, from its text to the problem it describes: the one way in for the rest of the program.
 module gb_deck
-    use gb_build_history, only: build_history
-    use gb_build_loads, only: build_support, build_prescribed, build_point_load, build_distributed_load, &
-        build_gravity, build_initial, build_damping
-    use gb_build_model, only: build_units, build_material, build_section, build_line
-    use gb_build_tasks, only: build_probe, build_output, build_task
+    use gb_build_command, only: build_command
     use gb_check_model, only: close_model
     use gb_command, only: command_t
     use gb_commands, only: command_table
@@ -17,14 +13,17 @@ module gb_deck
     use gb_parameters, only: override_t, parse_parameters, parameter_lines, check_overrides
     use gb_parser, only: find_form, parse_command, is_key
     use gb_problem, only: problem_t
+    use gb_recipe, only: recipe_t, read_member
     use gb_schema, only: schema_t, part_model, part_solution
     use gb_source, only: source_t, read_source, source_from_text, find_control_byte
+    use gb_sweep_command, only: parse_sweep
     use gb_text, only: hexadecimal
     use gb_values, only: token_text
     implicit none
     private
 
-    public :: read_deck, read_source, source_from_text, source_t, override_t, diagnostics_t
+    public :: read_deck, read_member, read_source, source_from_text, source_t, override_t, recipe_t, &
+        diagnostics_t
 
     !> What a first look at the deck tells.
     type :: survey_t
@@ -36,7 +35,6 @@ module gb_deck
 
     !> How far the reading has come.
     type :: progress_t
-        type(schema_t) :: table
         type(span_t), allocatable :: first_place(:)     !! by form: where a command was first given
         type(span_t) :: last_command            !! the latest keyword
         type(span_t) :: end_place               !! of END
@@ -49,31 +47,36 @@ module gb_deck
 contains
 
     !> Read a deck. Where `diagnostics` counts none, `problem` is complete and consistent; else it is of no
-    !> use. `overrides` replace the values of parameters (--set).
-    subroutine read_deck(source, overrides, problem, diagnostics)
+    !> use. `overrides` replace the values of parameters (--set). Who wants to read members of a SWEEP asks
+    !> for the recipe.
+    subroutine read_deck(source, overrides, problem, diagnostics, recipe)
         type(source_t), intent(in) :: source
         type(override_t), intent(in) :: overrides(:)
         type(problem_t), intent(out) :: problem
         type(diagnostics_t), intent(out) :: diagnostics
+        type(recipe_t), intent(out), optional :: recipe
         type(progress_t) :: progress
+        type(schema_t) :: table
         type(parameters_t) :: parameters
         type(statement_t) :: statement
         type(survey_t) :: survey
         type(draft_t) :: draft
         integer :: position, byte
 
-        progress%table = command_table()
-        allocate (progress%first_place(progress%table%n_forms))
+        table = command_table()
+        allocate (progress%first_place(table%n_forms))
         call new_draft(draft, source%folder)
-        call look_ahead(source%text, progress%table, draft, parameters, survey)
+        call look_ahead(source%text, table, draft, parameters, survey)
         draft%incomplete = survey%misplaced
+        if (present(recipe)) call recipe%begin(source, overrides, table, draft, parameters)
         call check_overrides(overrides, parameters, diagnostics)
         position = survey%first
         do while (.not. progress%stopped)
             call next_statement(source%text, survey%limit, position, statement, diagnostics)
             if (statement%n > 0) then
-                call read_statement(source%text, statement, overrides, survey, progress, parameters, draft, &
-                    diagnostics)
+                if (present(recipe)) call recipe%keep(statement)
+                call read_statement(source%text, statement, overrides, table, survey, progress, parameters, &
+                    draft, diagnostics)
             else if (statement%sound) then
                 exit
             else
@@ -93,6 +96,7 @@ contains
         if (.not. allocated(problem%output%file)) problem%output%file = source%stem
         problem%deck_text = source%text
         problem%parameters = parameter_lines(parameters)
+        if (present(recipe)) call recipe%finish(problem%sweep, parameters)
     end subroutine read_deck
 
     !> Look through the whole deck for the names it defines and the order of its commands: with that, later
@@ -188,10 +192,12 @@ contains
     end function space_of
 
     !> One statement: find its command, see that it stands in its place, parse it and build what it describes.
-    subroutine read_statement(text, statement, overrides, survey, progress, parameters, draft, diagnostics)
+    subroutine read_statement(text, statement, overrides, table, survey, progress, parameters, draft, &
+        diagnostics)
         character(*), intent(in) :: text
         type(statement_t), intent(in) :: statement
         type(override_t), intent(in) :: overrides(:)
+        type(schema_t), intent(in) :: table
         type(survey_t), intent(in) :: survey
         type(progress_t), intent(inout) :: progress
         type(parameters_t), intent(inout) :: parameters
@@ -202,8 +208,8 @@ contains
         integer :: form
         logical :: in_place
 
-        call find_form(text, statement, progress%table, diagnostics, form, meant)
-        call check_title(statement, progress, form, meant, diagnostics)
+        call find_form(text, statement, table, diagnostics, form, meant)
+        call check_title(statement, table, progress, form, meant, diagnostics)
         progress%last_command = statement%tokens(1)%at
         if (form == 0) then
             call forgive(text, statement, draft, parameters)
@@ -214,8 +220,8 @@ contains
             end if
             return
         end if
-        call check_order(statement, survey, form, progress, draft, diagnostics, in_place)
-        select case (progress%table%forms(form)%command)
+        call check_order(statement, table, survey, form, progress, draft, diagnostics, in_place)
+        select case (table%forms(form)%command)
         case ('STOP')
             progress%stopped = .true.
             return
@@ -226,20 +232,25 @@ contains
         case ('PARAMETER')
             call parse_parameters(text, statement, overrides, parameters, diagnostics)
             return
+        case ('SWEEP')
+            if (in_place) call parse_sweep(text, statement, overrides, parameters, draft%folder, &
+                draft%problem%sweep, diagnostics)
+            return
         end select
-        call parse_command(text, statement, progress%table, form, parameters, diagnostics, command)
+        call parse_command(text, statement, table, form, parameters, diagnostics, command)
         if (.not. statement%sound) draft%incomplete = draft%incomplete .or. .not. progress%closed
         if (.not. in_place) command%sound = .false.
-        call build(command, trim(progress%table%forms(form)%command), draft, diagnostics)
-        if (progress%table%forms(form)%command /= 'END' .or. .not. in_place) return
+        call build_command(command, trim(table%forms(form)%command), draft, diagnostics)
+        if (table%forms(form)%command /= 'END' .or. .not. in_place) return
         call close_model(draft, command%at, diagnostics)
         progress%closed = .true.
         progress%end_place = command%at
     end subroutine read_statement
 
     !> The first command is GENTBEAM, and no other is.
-    subroutine check_title(statement, progress, form, meant, diagnostics)
+    subroutine check_title(statement, table, progress, form, meant, diagnostics)
         type(statement_t), intent(in) :: statement
+        type(schema_t), intent(in) :: table
         type(progress_t), intent(inout) :: progress
         integer, intent(in) :: form
         character(*), intent(in) :: meant
@@ -247,7 +258,7 @@ contains
         logical :: is_title
 
         is_title = meant == 'GENTBEAM'
-        if (form > 0) is_title = progress%table%forms(form)%command == 'GENTBEAM'
+        if (form > 0) is_title = table%forms(form)%command == 'GENTBEAM'
         if (.not. progress%titled .and. .not. is_title) then
             call diagnostics%add(statement%tokens(1)%at, 'a deck begins with GENTBEAM and a title')
         end if
@@ -280,8 +291,9 @@ contains
     end subroutine forgive
 
     !> Model commands stand before END, solution commands after it; some commands stand only once.
-    subroutine check_order(statement, survey, form, progress, draft, diagnostics, in_place)
+    subroutine check_order(statement, table, survey, form, progress, draft, diagnostics, in_place)
         type(statement_t), intent(in) :: statement
+        type(schema_t), intent(in) :: table
         type(survey_t), intent(in) :: survey
         integer, intent(in) :: form
         type(progress_t), intent(inout) :: progress
@@ -291,15 +303,15 @@ contains
         character(:), allocatable :: name
 
         in_place = .true.
-        name = trim(progress%table%forms(form)%command)
+        name = trim(table%forms(form)%command)
         associate (at => statement%tokens(1)%at, first => progress%first_place(form))
-            if (first%first > 0 .and. (progress%table%forms(form)%once .or. name == 'GENTBEAM')) then
+            if (first%first > 0 .and. (table%forms(form)%once .or. name == 'GENTBEAM')) then
                 call diagnostics%add(at, name // ' is given twice', other=first, note='first given here')
                 in_place = .false.
                 return
             end if
             if (first%first == 0) first = at
-            select case (progress%table%forms(form)%part)
+            select case (table%forms(form)%part)
             case (part_model)
                 in_place = progress%end_place%first == 0
                 if (.not. in_place) call diagnostics%add(at, name // &
@@ -321,77 +333,6 @@ contains
             end select
         end associate
     end subroutine check_order
-
-    !> Hand a command to whoever knows what it means.
-    subroutine build(command, name, draft, diagnostics)
-        type(command_t), intent(inout) :: command
-        character(*), intent(in) :: name
-        type(draft_t), intent(inout) :: draft
-        type(diagnostics_t), intent(inout) :: diagnostics
-
-        if (command%form == 0) then
-            call remember_loss(command, name, draft, diagnostics)
-            return
-        end if
-        select case (name)
-        case ('UNITS')
-            call build_units(command, draft)
-        case ('MATERIAL')
-            call build_material(command, draft, diagnostics)
-        case ('SECTION')
-            call build_section(command, draft, diagnostics)
-        case ('LINE')
-            call build_line(command, draft, diagnostics)
-        case ('CLAMP', 'PIN', 'ROLLER', 'SLIDE', 'FIX')
-            call build_support(command, draft)
-        case ('PRESCRIBE')
-            call build_prescribed(command, draft, diagnostics)
-        case ('POINT')
-            call build_point_load(command, draft, diagnostics)
-        case ('DISTRIBUTED')
-            call build_distributed_load(command, draft, diagnostics)
-        case ('GRAVITY')
-            call build_gravity(command, draft, diagnostics)
-        case ('HISTORY')
-            call build_history(command, draft, diagnostics)
-        case ('INITIAL')
-            call build_initial(command, draft, diagnostics)
-        case ('DAMPING')
-            call build_damping(command, draft)
-        case ('PROBE')
-            call build_probe(command, draft, diagnostics)
-        case ('OUTPUT')
-            call build_output(command, draft, diagnostics)
-        case ('STATIC', 'MODAL', 'TRANSIENT')
-            call build_task(command, draft, diagnostics)
-        end select
-    end subroutine build
-
-    !> A command whose form is not known still defines its name, so that nobody is told that it is unknown.
-    subroutine remember_loss(command, name, draft, diagnostics)
-        type(command_t), intent(in) :: command
-        character(*), intent(in) :: name
-        type(draft_t), intent(inout) :: draft
-        type(diagnostics_t), intent(inout) :: diagnostics
-        integer :: number
-
-        select case (name)
-        case ('MATERIAL')
-            call draft%define(space_material, command, diagnostics, number)
-            if (number > 0) call resize(draft%problem%model%materials, number)
-        case ('SECTION')
-            call draft%define(space_section, command, diagnostics, number)
-            if (number > 0) call resize(draft%problem%model%sections, number)
-        case ('HISTORY')
-            call draft%define(space_history, command, diagnostics, number)
-            if (number > 0) call resize(draft%problem%model%histories, number)
-        case ('PROBE')
-            call draft%define(space_probe, command, diagnostics, number)
-            if (number > 0) call resize(draft%problem%probes, number)
-        case ('PRESCRIBE')
-            draft%supports_lost = .true.
-        end select
-    end subroutine remember_loss
 
     !> The deck has ended: was it all there?
     subroutine check_close(progress, draft, diagnostics)

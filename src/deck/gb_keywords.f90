@@ -146,7 +146,11 @@ contains
         if (form%variant /= '') line = line // ' ' // trim(form%variant)
         if (form%most_words == 1) line = line // ' field'
         if (form%most_words > 1) line = line // ' field ...'
-        if (form%open) line = line // ' name=value ...'
+        if (form%command == 'SWEEP') then
+            line = line // ' parameter=[values]'
+        else if (form%open) then
+            line = line // ' name=value ...'
+        end if
         if (form%command == 'GENTBEAM') line = line // ' title'
     end function usage
 

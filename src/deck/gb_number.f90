@@ -1,6 +1,6 @@
 !> Numbers as people and Fortran write them: 10, .5, 1.35e-4, 1.35d-4.
 module gb_number
-    use gb_kinds, only: wp
+    use gb_kinds, only: wp, i8
     use gb_diagnostics, only: quoted
     use gb_text, only: to_text
     implicit none
@@ -11,6 +11,10 @@ module gb_number
     character(*), parameter, public :: digits = '0123456789'
     character(*), parameter, public :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
     integer, parameter :: longest_number = 400
+    real(wp), parameter :: tens(0:22) = [1.0e0_wp, 1.0e1_wp, 1.0e2_wp, 1.0e3_wp, 1.0e4_wp, 1.0e5_wp, &
+        1.0e6_wp, &
+        1.0e7_wp, 1.0e8_wp, 1.0e9_wp, 1.0e10_wp, 1.0e11_wp, 1.0e12_wp, 1.0e13_wp, 1.0e14_wp, 1.0e15_wp, &
+        1.0e16_wp, 1.0e17_wp, 1.0e18_wp, 1.0e19_wp, 1.0e20_wp, 1.0e21_wp, 1.0e22_wp]
 
 contains
 
@@ -68,12 +72,12 @@ contains
         character(longest_number + 16) :: buffer
         integer :: exponent, leading, point, first, status
 
-        mantissa = number
         exponent = 0
-        if (mark > 0) then
-            mantissa = number(:mark - 1)
-            exponent = bounded_integer(number(mark + 1:))
-        end if
+        if (mark > 0) exponent = bounded_integer(number(mark + 1:))
+        call convert_short(number(:merge(mark - 1, len(number), mark > 0)), exponent, value, fits)
+        if (fits) return
+        mantissa = number
+        if (mark > 0) mantissa = number(:mark - 1)
         value = 0.0_wp
         fits = .true.
         first = verify(mantissa, '0.')
@@ -87,6 +91,37 @@ contains
         read (buffer, *, iostat=status) value
         fits = status == 0
     end subroutine convert
+
+    !> A number of few digits, as nearly all are: it is a whole number times or over a power of ten, both of
+    !> which are exact, so that the one rounding of the product makes it the nearest to what is written.
+    pure subroutine convert_short(mantissa, exponent, value, is_short)
+        character(*), intent(in) :: mantissa        !! digits with or without a point
+        integer, intent(in) :: exponent
+        real(wp), intent(inout) :: value
+        logical, intent(out) :: is_short
+        integer, parameter :: most_digits = 15, most_tens = 22
+        integer :: i, digit, power
+        integer(i8) :: whole
+
+        is_short = len(mantissa) <= most_digits
+        if (.not. is_short) return
+        whole = 0
+        power = exponent
+        do i = 1, len(mantissa)
+            digit = ichar(mantissa(i:i)) - ichar('0')
+            if (digit >= 0) whole = 10*whole + digit
+        end do
+        i = index(mantissa, '.')
+        if (i > 0) power = power - (len(mantissa) - i)
+        is_short = abs(power) <= most_tens
+        if (.not. is_short) return
+        value = real(whole, wp)
+        if (power >= 0) then
+            value = value*tens(power)
+        else
+            value = value/tens(-power)
+        end if
+    end subroutine convert_short
 
     !> The first 17 digits of a mantissa, its point left out.
     pure character(17) function leading_digits(mantissa)

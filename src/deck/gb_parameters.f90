@@ -4,17 +4,19 @@ module gb_parameters
     use gb_expression, only: compile_expression, define_parameter, expression_t, is_reserved, parameters_t
     use gb_kinds, only: wp
     use gb_lexer, only: statement_t, token_word, token_equals, token_list
-    use gb_names, only: is_name
+    use gb_names, only: is_name, name_table_t
     use gb_parser, only: is_key, is_value, blank_hint
     use gb_text, only: exact_text, lower_case, newline
     use gb_values, only: suggestion, report_expression, token_text
     implicit none
     private
 
-    !> --set name=text
+    !> --set name=text, or the value that a member of a SWEEP has.
     type, public :: override_t
         character(:), allocatable :: name
         character(:), allocatable :: text
+        logical :: is_swept = .false.
+        real(wp) :: value = 0.0_wp      !! of a swept parameter
     end type override_t
 
     public :: parse_parameters, parameter_lines, check_overrides
@@ -36,13 +38,16 @@ contains
         end do
     end subroutine check_overrides
 
-    !> PARAMETER name=expression ...
-    subroutine parse_parameters(text, statement, overrides, parameters, diagnostics)
+    !> PARAMETER name=expression ... Of parameters that are not among the `varying` ones, the values may be
+    !> `known`.
+    subroutine parse_parameters(text, statement, overrides, parameters, diagnostics, known, varying)
         character(*), intent(in) :: text
         type(statement_t), intent(in) :: statement
         type(override_t), intent(in) :: overrides(:)
         type(parameters_t), intent(inout) :: parameters
         type(diagnostics_t), intent(inout) :: diagnostics
+        type(parameters_t), intent(in), optional :: known
+        type(name_table_t), intent(in), optional :: varying
         integer :: i
         logical :: refused
 
@@ -55,7 +60,11 @@ contains
                 call diagnostics%add(statement%tokens(i)%at, "'=' without a name before it")
                 i = i + merge(2, 1, is_value(statement, i + 1))
             else if (is_key(statement, i)) then
-                call define_one(text, statement, i, overrides, parameters, diagnostics)
+                if (present(known)) then
+                    call define_again(text, statement, i, overrides, parameters, diagnostics, known, varying)
+                else
+                    call define_one(text, statement, i, overrides, parameters, diagnostics)
+                end if
                 i = i + merge(3, 2, is_value(statement, i + 2))
             else
                 if (.not. refused) call complain_of_word(text, statement, i, diagnostics)
@@ -64,6 +73,27 @@ contains
             end if
         end do
     end subroutine parse_parameters
+
+    !> The same as `define_one`, for a member of a SWEEP.
+    subroutine define_again(text, statement, i, overrides, parameters, diagnostics, known, varying)
+        character(*), intent(in) :: text
+        type(statement_t), intent(in) :: statement
+        integer, intent(in) :: i
+        type(override_t), intent(in) :: overrides(:)
+        type(parameters_t), intent(inout) :: parameters
+        type(diagnostics_t), intent(inout) :: diagnostics
+        type(parameters_t), intent(in) :: known
+        type(name_table_t), intent(in) :: varying
+        character(:), allocatable :: name
+
+        name = token_text(text, statement%tokens(i))
+        if (varying%find(name) > 0) then
+            call define_one(text, statement, i, overrides, parameters, diagnostics)
+        else
+            call define_parameter(parameters, name, statement%tokens(i)%at, &
+                known%values(known%names%find(name)), sound=.true.)
+        end if
+    end subroutine define_again
 
     subroutine complain_of_word(text, statement, i, diagnostics)
         character(*), intent(in) :: text
@@ -133,6 +163,10 @@ contains
         type(diagnostics_t), intent(inout) :: diagnostics
         type(expression_t), intent(out) :: expression
 
+        if (override%is_swept) then
+            expression%value = override%value
+            return
+        end if
         call compile_expression(override%text, span_t(1, len(override%text)), parameters, ' ', expression)
         call report_expression(expression, parameters, diagnostics, origin=origin_of(override))
     end subroutine override_value

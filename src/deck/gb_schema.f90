@@ -39,6 +39,7 @@ module gb_schema
         logical :: required = .false.
         logical :: one_of = .false.             !! at least one of the form's keys marked so must be given
         character(24) :: default = ''           !! as the user would write it, or in words
+        real(wp) :: default_number = 0.0_wp     !! what a number's default says; 0 where it is in words
         type(range_t) :: range
         character(48) :: choices = ''           !! separated by blanks
         character(24) :: coming = ''            !! choices that are not available yet
@@ -183,6 +184,7 @@ contains
         class(schema_t), intent(inout) :: self
         type(key_t), intent(in) :: key
         type(key_t), allocatable :: grown(:)
+        integer :: status
 
         if (.not. allocated(self%keys)) allocate (self%keys(256))
         if (self%n_keys == size(self%keys)) then
@@ -192,6 +194,12 @@ contains
         end if
         self%n_keys = self%n_keys + 1
         self%keys(self%n_keys) = key
+        associate (new => self%keys(self%n_keys))
+            if (any(new%kind == [kind_real, kind_integer]) .and. new%default /= '') then
+                read (new%default, *, iostat=status) new%default_number
+                if (status /= 0) new%default_number = 0.0_wp
+            end if
+        end associate
         self%forms(self%n_forms)%last_key = self%n_keys
     end subroutine add_key
 

@@ -21,17 +21,11 @@ contains
     pure subroutine default_value(key, value)
         type(key_t), intent(in) :: key
         type(value_t), intent(out) :: value
-        character(24) :: default
-        integer :: status
 
         value%key = key%name
         value%text = trim(key%default)
-        default = key%default
-        if (any(key%kind == [kind_real, kind_integer]) .and. default /= '') then
-            read (default, *, iostat=status) value%number
-            if (status /= 0) value%number = 0.0_wp
-        end if
-        if (key%kind == kind_choices) value%words = [character(max_name) :: default]
+        value%number = key%default_number
+        if (key%kind == kind_choices) value%words = [character(max_name) :: key%default]
     end subroutine default_value
 
     !> Read the value in a token. `sound` is false where something was wrong, which has been reported.

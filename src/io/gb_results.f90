@@ -15,21 +15,24 @@ module gb_results
     private
 
     integer, parameter :: n_energies = 5, n_solver = 4
-    character(10), parameter :: energy_names(n_energies) = [character(10) :: 'kinetic', 'strain', &
+    character(10), parameter, public :: energy_names(n_energies) = [character(10) :: 'kinetic', 'strain', &
         'external', 'dissipated', 'balance']
-    character(64), parameter :: energy_descriptions(n_energies) = [character(64) :: &
+    character(64), parameter, public :: energy_descriptions(n_energies) = [character(64) :: &
         'kinetic energy', 'strain energy', 'work of the loads since the command began', &
         'energy taken by damping since the command began', &
         'kinetic + strain - external + dissipated, from its start value']
-    character(10), parameter :: solver_names(n_solver) = [character(10) :: 'iterations', 'cuts', 'step', &
+    character(10), parameter, public :: solver_names(n_solver) = [character(10) :: 'iterations', 'cuts', &
+        'step', &
         'residual']
-    character(64), parameter :: solver_descriptions(n_solver) = [character(64) :: &
+    character(64), parameter, public :: solver_descriptions(n_solver) = [character(64) :: &
         'Newton iterations, those of rejected attempts included', 'times the step was halved', &
         'size of the step', 'last residual over the forces that balance in it']
-    character(1), parameter :: set_names(3) = ['u', 'v', 'a']
+    character(1), parameter, public :: set_names(3) = ['u', 'v', 'a']
     character(40), &
-        parameter :: set_descriptions(3) = [character(40) :: 'fields u1 u3 y1 y3 xi at every node', &
+        parameter, public :: set_descriptions(3) = [character(40) :: 'fields u1 u3 y1 y3 xi at every node', &
         'their velocities', 'their accelerations']
+    public :: probe_description, product_unit, derived_unit, field_units
+
     !> Wall seconds between two moments at which all that is there is made visible: within a command, and
     !> between commands. Where that takes long, it is done less often, to take this part of the time at
     !> most.

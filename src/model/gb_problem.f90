@@ -3,6 +3,7 @@ module gb_problem
     use gb_kinds, only: wp
     use gb_model, only: model_t
     use gb_solver_choice, only: solver_auto
+    use gb_sweep, only: sweep_t
     implicit none
     private
 
@@ -49,6 +50,7 @@ module gb_problem
         type(probe_t), allocatable :: probes(:)
         type(output_t) :: output
         type(task_t), allocatable :: tasks(:)
+        type(sweep_t) :: sweep                      !! members of a study, if the deck has SWEEPs
         character(:), allocatable :: deck_text      !! as read
         character(:), allocatable :: parameters     !! "name=value" lines, after --set
     end type problem_t

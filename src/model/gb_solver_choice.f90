@@ -15,10 +15,11 @@ module gb_solver_choice
 
 contains
 
-    !> Why the block solver cannot do this model; empty where it can.
+    !> Why the block solver cannot do this model, padded with blanks; empty where it can. (Its length is
+    !> known: see gb_text on threads.)
     pure function block_obstacle(model) result(reason)
         type(model_t), intent(in) :: model
-        character(:), allocatable :: reason
+        character(100) :: reason
         logical :: fixed(n_fields, model%mesh%n_nodes())
         integer :: i
 
@@ -38,7 +39,7 @@ contains
             else if (model%damping%mass > 0.0_wp .or. model%damping%stiffness > 0.0_wp) then
                 reason = 'there is DAMPING'
             end if
-            if (len(reason) > 0) return
+            if (reason /= '') return
             fixed = model%fixed_fields()
             do i = 2, mesh%n_nodes(), 2
                 if (any(fixed(:, i))) reason = 'the support at x = ' // to_text(mesh%x(i)) &

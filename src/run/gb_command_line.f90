@@ -7,6 +7,8 @@ module gb_command_line
     implicit none
     private
 
+    integer, parameter :: max_path = 4096           !! bytes of a file's path
+
     type, public :: options_t
         character(:), allocatable :: deck           !! path; empty for standard input
         character(:), allocatable :: output         !! replaces OUTPUT file=; empty where not given
@@ -15,7 +17,11 @@ module gb_command_line
         logical :: show_keywords = .false., as_markdown = .false.
         logical :: show_version = .false.
         logical :: show_help = .false.
-        integer :: threads = 1
+        integer :: threads = 0                      !! 0: not given
+        integer :: shard = 1, shards = 0            !! shards = 0: not given
+        logical :: shard_from_environment = .false. !! --shard auto
+        character(:), allocatable :: merge_into     !! --merge: the file to write; empty where not given
+        character(max_path), allocatable :: merge_from(:)   !! --merge: the shards' files
         integer :: log_level = log_normal
     end type options_t
 
@@ -37,6 +43,8 @@ contains
 
         options%deck = ''
         options%output = ''
+        options%merge_into = ''
+        allocate (options%merge_from(0))
         allocate (options%overrides(0))
         i = 1
         do while (i <= command_argument_count())
@@ -53,7 +61,7 @@ contains
                 end if
             end if
             select case (name)
-            case ('-o', '--output', '--set', '--threads')
+            case ('-o', '--output', '--set', '--threads', '--shard', '--merge')
                 if (.not. has_value) then
                     i = i + 1
                     if (i > command_argument_count()) then
@@ -75,7 +83,7 @@ contains
                 call take_switch(options, '--quiet')
             case ('-v')
                 call take_switch(options, '--verbose')
-            case ('--restart', '--shard', '--merge', '--max-time')
+            case ('--restart', '--max-time')
                 call raise(error, status_input, 'option ' // name // ' is not available yet')
             case default
                 call take_deck(options, word, error)
@@ -83,6 +91,8 @@ contains
             if (allocated(error)) return
             i = i + 1
         end do
+        if (len(options%merge_into) > 0 .and. size(options%merge_from) == 0) call raise(error, status_input, &
+            'option --merge needs the file to write and then the files to join: --merge OUT.h5 FILE...')
     end subroutine read_command_line
 
     pure subroutine take_switch(options, name)
@@ -143,8 +153,35 @@ contains
                 call raise(error, status_input, &
                     'option --threads needs a whole number of at least 1, not ''' // value // '''')
             end if
+        case ('--merge')
+            options%merge_into = without_ending(value) // '.h5'
+        case ('--shard')
+            call take_shard(options, value, error)
         end select
     end subroutine take_value
+
+    !> I/N, or auto.
+    subroutine take_shard(options, value, error)
+        type(options_t), intent(inout) :: options
+        character(*), intent(in) :: value
+        type(error_t), allocatable, intent(out) :: error
+        integer :: mark, info
+
+        options%shard_from_environment = value == 'auto'
+        if (options%shard_from_environment) return
+        mark = index(value, '/')
+        info = 1
+        if (mark > 1 .and. mark < len(value) .and. len(value) < 20) then
+            if (verify(value(:mark - 1) // value(mark + 1:), '0123456789') == 0) then
+                read (value(:mark - 1), *, iostat=info) options%shard
+                if (info == 0) read (value(mark + 1:), *, iostat=info) options%shards
+            end if
+        end if
+        if (info == 0 .and. options%shard >= 1 .and. options%shard <= options%shards) return
+        call raise(error, status_input, 'option --shard needs I/N with 1 <= I <= N, or auto, not ''' // &
+            value &
+            // '''')
+    end subroutine take_shard
 
     !> Results go to NAME.h5; who writes the ending means the same.
     pure function without_ending(value) result(name)
@@ -169,6 +206,8 @@ contains
             hint = nearest_name(word, option_names)
             if (len(hint) > 0) hint = newline // '    did you mean ''' // hint // '''?'
             call raise(error, status_input, 'unknown option ''' // word // '''' // hint)
+        else if (len(options%merge_into) > 0) then
+            options%merge_from = [character(max_path) :: options%merge_from, word]
         else if (len(options%deck) > 0) then
             call raise(error, status_input, 'one deck at a time, not ''' // options%deck // ''' and ''' &
                 // word // '''')
@@ -185,6 +224,9 @@ contains
             // '  --set name=value    replace a PARAMETER''s value (repeatable)' // newline &
             // '  --check             read and check the deck, print the model''s summary, run nothing' &
             // newline // '  --threads N         threads for SWEEP members' // newline &
+            // '  --shard I/N         run every N-th SWEEP member only, from the I-th on, into' // newline &
+            // '                      NAME.shard-I-of-N.h5; auto: I and N from MPI or Slurm' // newline &
+            // '  --merge OUT FILE... join the results of shards into OUT.h5' // newline &
             // '  -q, --quiet         print less' // newline &
             // '  -v, --verbose       print every Newton iteration' // newline &
             // '  --keywords          print the deck reference (--markdown: as Markdown)' // newline &

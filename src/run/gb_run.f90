@@ -9,20 +9,22 @@ module gb_run
     use gb_capacity, only: lacks_memory
     use gb_posix, only: ignore_write_signals
     use gb_threads, only: use_one_blas_thread
-    use gb_problem, only: problem_t, task_static, task_modal
+    use gb_problem, only: problem_t
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
     use gb_external, only: external_t, build_external
-    use gb_initial, only: initial_state, initial_velocities
-    use gb_static, only: run_static
-    use gb_modal, only: run_modal
-    use gb_transient, only: run_transient
-    use gb_deck, only: read_deck, read_source, source_t, diagnostics_t
+    use gb_initial, only: initial_state
+    use gb_task, only: run_task
+    use gb_deck, only: read_deck, read_source, source_t, diagnostics_t, recipe_t
     use gb_keywords, only: print_keywords
     use gb_summary, only: print_summary
     use gb_command_line, only: options_t, read_command_line, help_text
+    use gb_merge_run, only: run_merge
     use gb_monitor, only: monitor_t
     use gb_needs, only: memory_needed
+    use gb_share, only: share_t
+    use gb_study_options, only: choose_share, choose_threads
+    use gb_study_run, only: run_sweep
     implicit none
     private
 
@@ -50,7 +52,11 @@ contains
                 call print_keywords(output_unit, options%as_markdown)
                 return
             end if
-            call run_deck(options, status, error)
+            if (len(options%merge_into) > 0) then
+                call run_merge(options, error)
+            else
+                call run_deck(options, status, error)
+            end if
         end if
         if (allocated(error)) then
             write (error_unit, '(a)') 'gentbeam: error: ' // error%message
@@ -65,23 +71,34 @@ contains
         type(source_t) :: source
         type(diagnostics_t) :: diagnostics
         type(problem_t) :: problem
+        type(recipe_t) :: recipe
+        type(share_t) :: share
         type(log_t) :: log
+        integer :: threads
 
         status = status_ok
         call read_source(options%deck, source, error)
         if (allocated(error)) return
-        call read_deck(source, options%overrides, problem, diagnostics)
+        call read_deck(source, options%overrides, problem, diagnostics, recipe)
         if (diagnostics%count() > 0) then
             write (error_unit, '(a)', advance='no') diagnostics%render(source%name, source%text)
             status = status_input
             return
         end if
         if (len(options%output) > 0) problem%output%file = options%output
+        call choose_share(options, problem, share, error)
+        if (allocated(error)) return
         log%level = options%log_level
         call print_summary(problem, log)
         if (options%check_only) return
-        call check_memory(problem, error)
-        if (.not. allocated(error)) call solve_problem(problem, options, error)
+        if (share%members == 0) then
+            call check_memory(problem, error)
+            if (.not. allocated(error)) call solve_problem(problem, options, error)
+            return
+        end if
+        call choose_threads(options, threads, error)
+        if (.not. allocated(error)) call check_memory(problem, error)
+        if (.not. allocated(error)) call run_sweep(problem, recipe, share, threads, options%log_level, error)
     end subroutine run_deck
 
     !> A model that is too large for the machine is told before it takes all there is.
@@ -151,39 +168,5 @@ contains
                 'the log could not be written to standard output (the results file is complete)')
         end if
     end subroutine solve_problem
-
-    subroutine run_task(problem, number, system, external, has_velocities, state, monitor, error)
-        type(problem_t), intent(in) :: problem
-        integer, intent(in) :: number
-        type(system_t), intent(in) :: system
-        type(external_t), intent(in) :: external
-        logical, intent(inout) :: has_velocities  !! whether the state's velocities are those to go on with
-        type(state_t), intent(inout) :: state
-        type(monitor_t), intent(inout) :: monitor
-        type(error_t), allocatable, intent(out) :: error
-        type(error_t), allocatable :: file_error
-
-        associate (task => problem%tasks(number))
-            call monitor%begin_task(task, error)
-            if (allocated(error)) return
-            select case (task%kind)
-            case (task_static)
-                has_velocities = .false.
-                call run_static(system, external, problem%model%mesh, task, state, monitor, error)
-            case (task_modal)
-                call run_modal(system, problem%model, task, state, monitor, error)
-            case default
-                if (.not. has_velocities) call initial_velocities(problem%model, system, state%v, error)
-                has_velocities = .true.
-                if (.not. allocated(error)) call run_transient(system, external, problem%model%mesh, task, &
-                    state, monitor, error)
-            end select
-        end associate
-        if (allocated(error)) then
-            if (error%status == status_file) return
-        end if
-        call monitor%end_task(error, file_error)
-        if (allocated(file_error)) call move_alloc(file_error, error)
-    end subroutine run_task
 
 end module gb_run

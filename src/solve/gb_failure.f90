@@ -11,15 +11,17 @@ module gb_failure
 
     public :: failure_reason, place_of_worst
 
+    integer, parameter :: max_place = 250, max_reason = 400     !! characters
+
 contains
 
-    !> Why Newton's method gave up, at the state u it had reached.
+    !> Why Newton's method gave up, at the state u it had reached; padded with blanks.
     function failure_reason(system, report, u, x) result(text)
         type(system_t), intent(in) :: system
         type(newton_report_t), intent(in) :: report
         real(wp), intent(in) :: u(:)
         real(wp), intent(in) :: x(:)            !! X1 of the nodes [L]
-        character(:), allocatable :: text
+        character(max_reason) :: text
         integer :: node
 
         select case (report%outcome)
@@ -54,14 +56,14 @@ contains
     function place_of_worst(system, u) result(text)
         type(system_t), intent(in) :: system
         real(wp), intent(in) :: u(:)
-        character(:), allocatable :: text
+        character(max_place) :: text
         type(worst_point_t) :: worst
 
         worst = system%worst_point(u)
         text = 'worst at element ' // to_text(worst%element) // ', integration point ' &
             // to_text(worst%point) // ', X3 = ' // to_text(worst%height) // ': J = ' // to_text(worst%j) &
             // ', I1-2 = ' // to_text(worst%i1_minus_2)
-        if (worst%jm < unlimited_jm) text = text // ' of Jm = ' // to_text(worst%jm)
+        if (worst%jm < unlimited_jm) text = trim(text) // ' of Jm = ' // to_text(worst%jm)
     end function place_of_worst
 
 end module gb_failure

@@ -88,8 +88,9 @@ contains
                         if (exhausted) then
                             call raise(error, status_solution, 'STATIC: step ' // to_text(i) // ' of ' &
                                 // to_text(task%steps) // ' failed at load factor ' // to_text(factor) &
-                                // ' after ' // to_text(task%cuts) // ' cuts: ' // failure_reason(system, &
-                                report, u, mesh%x) // '. Try more steps=, or stop at a smaller load=')
+                                // ' after ' // to_text(task%cuts) // ' cuts: ' // trim(failure_reason( &
+                                system, report, u, mesh%x)) // &
+                                '. Try more steps=, or stop at a smaller load=')
                             return
                         end if
                         cycle

@@ -77,7 +77,7 @@ contains
             system%kd = n_fields*maxval(mesh%nodes) - 1
             system%has_full_inertia = model%sections(mesh%section)%inertia == inertia_full
             system%symmetric = .not. (model%has_no_potential() .or. any(system%has_full_inertia))
-            system%fits_block = len(block_obstacle(model)) == 0
+            system%fits_block = block_obstacle(model) == ''
             system%first = n_fields*(mesh%first_node - 1)
             system%tables = [(shape_table(i, i - 1), i=2, max_nodes), (shape_table(i, i), i=2, max_nodes)]
             system%table = merge(mesh%nodes - 1 + max_nodes - 1, mesh%nodes - 1, mesh%full_integration)

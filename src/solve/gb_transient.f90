@@ -200,8 +200,8 @@ contains
                 if (.not. exhausted) cycle
                 call raise(error, status_solution, ' failed from t = ' // to_text(state%time) // ' to ' &
                     // to_text(until) // ' after ' // to_text(parts%max_level) // ' cuts: ' &
-                    // failure_reason(system, stepper%report, stepper%trial%u, mesh%x) &
-                    // advice(system, stepper))
+                    // trim(failure_reason(system, stepper%report, stepper%trial%u, mesh%x)) &
+                    // trim(advice(system, stepper)))
                 return
             end if
             call stepper%commit(system, external, at_event .and. part >= 1.0_wp, state, error)
@@ -210,17 +210,17 @@ contains
         end do
     end subroutine walk
 
-    !> What to try after a failure.
+    !> What to try after a failure; padded with blanks.
     function advice(system, stepper) result(text)
         type(system_t), intent(in) :: system
         type(stepper_t), intent(in) :: stepper
-        character(:), allocatable :: text
+        character(100) :: text
 
         text = '. Try a smaller step='
         if (stepper%scheme%is_explicit .or. stepper%scheme%stages > 1) return
         if (.not. stepper%scheme%has_symmetric_tangent) return
-        text = text // ', or a scheme that damps (bathe)'
-        if (system%symmetric) text = text // ' or conserves (energy)'
+        text = trim(text) // ', or a scheme that damps (bathe)'
+        if (system%symmetric) text = trim(text) // ' or conserves (energy)'
     end function advice
 
     !> Steps whose local error, relative to the largest displacement so far, stays below task%accuracy. The
@@ -276,8 +276,8 @@ contains
                 if (dt < smallest_part*task%end_time) then
                     call raise(error, status_solution, 'TRANSIENT: step ' // to_text(step%number + 1) // &
                                ': no step from t = ' // to_text(state%time) // ' keeps accuracy=' &
-                               // to_text(task%accuracy) // '; ' // failure_reason(system, stepper%report, &
-                               stepper%trial%u, mesh%x))
+                               // to_text(task%accuracy) // '; ' // trim(failure_reason(system, &
+                               stepper%report, stepper%trial%u, mesh%x)))
                     return
                 end if
             end do

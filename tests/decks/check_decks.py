@@ -208,6 +208,9 @@ def check_overrides(program, results):
     override("a division by zero", ["h=1/0"], "--set h=1/0: error: division by zero\n")
     override("a name like a function's", ["h=abc"],
              "--set h=abc: error: undefined parameter 'abc'\n", exact=True)
+    swept = DECK.replace(b"\nMATERIAL", b"\nSWEEP h=[1 2]\nMATERIAL")
+    check_text(program, results, "--set what a SWEEP varies", swept,
+               "<stdin>:3:7: error: parameter 'h' is varied here, and given by --set\n", ["--check", "--set", "h=3"])
     override("a value out of range", ["h=-1"], "<stdin>:4:32: error: 'h' must be above 0, and is -1\n")
 
 

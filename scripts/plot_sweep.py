@@ -1,0 +1,273 @@
+#!/usr/bin/env python3
+"""Draws a study: a response against a parameter, the family of all histories, or a map over two parameters.
+
+examples:
+  plot_sweep.py fit.h5                                   what suits: a curve, a map, or points
+  plot_sweep.py fit.h5 --kind response --against jm      a response against one of the parameters
+  plot_sweep.py fit.h5 --kind family --probe tip         all histories, coloured by a parameter
+  plot_sweep.py samples.h5 --response tip_time_of_max    another response
+"""
+
+import argparse
+import csv
+import os
+import sys
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.ticker import MaxNLocator
+
+from gentbeam_pictures import (
+    COLOURS,
+    MILLIMETRES,
+    STYLE,
+    add_picture_options,
+    axis_label,
+    escape,
+    picture_path,
+    plt,
+    save_picture,
+    symbol,
+)
+from gentbeam_results import Parser, ResultsError, run_script, warn
+from gentbeam_studies import open_study
+
+KINDS = ("response", "family", "map")
+DEFAULT_SIZE = (120.0, 80.0)
+# More curves than colours cannot be told apart: then members are points.
+MOST_CURVES = len(COLOURS)
+# A parameter that spans so many times its smallest value is shown in logarithms.
+WIDE = 50.0
+COLOUR_MAP = "viridis"
+WORDS = {"max": "largest", "min": "smallest", "time_of_max": "time of the largest"}
+
+
+def parse_arguments():
+    parser = Parser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", metavar="FILE.h5", help="results of a deck with SWEEPs")
+    parser.add_argument("--kind", choices=KINDS, help="what to draw (default: what suits the study)")
+    parser.add_argument("--response", metavar="NAME", help="a summary of /sweep (default: the first)")
+    parser.add_argument(
+        "--against",
+        action="append",
+        metavar="NAME",
+        help="a parameter; two of them for a map (default: the first)",
+    )
+    parser.add_argument("--probe", metavar="NAME", help="of a family (default: the first)")
+    parser.add_argument(
+        "--group", metavar="NAME", help="the solution of a family (default: the first with probes)"
+    )
+    parser.add_argument(
+        "--most", type=int, default=500, metavar="N", help="histories of a family at most (500)"
+    )
+    add_picture_options(parser, "width and height in millimetres (default: 120 80)")
+    return parser.parse_args()
+
+
+def main():
+    args = parse_arguments()
+    path = picture_path(args, os.path.splitext(args.file)[0] + "-sweep")
+    with open_study(args.file) as study:
+        absent = int(np.count_nonzero(~study.complete))
+        if absent:
+            warn(f"{study.path}: {absent} of {len(study.complete)} members are not complete and left out")
+        columns = [study.column(name) for name in args.against or ()]
+        kind = args.kind or ("map" if is_grid(study, columns) else "response")
+        collect = {"response": collect_response, "family": collect_family, "map": collect_map}[kind]
+        picture = collect(study, columns, args)
+    if args.csv:
+        write_csv(args.csv, picture)
+    with plt.rc_context(STYLE):
+        save_picture(draw(kind, picture, args.title, args.size), path)
+
+
+def is_grid(study, columns):
+    """Whether the members are all pairs of some values of two parameters."""
+    if len(study.names) != 2 or len(columns) == 1:
+        return False
+    counts = [len(np.unique(study.values[:, i])) for i in (0, 1)]
+    return min(counts) > 2 and np.prod(counts) == len(np.unique(study.values, axis=0)) == len(study.values)
+
+
+def pick_response(study, args):
+    if not study.summaries:
+        raise ResultsError(f"{study.path}: has no summaries of probes")
+    name = args.response or study.summaries[0]
+    return name, study.summary(name)
+
+
+def response_label(name, summary):
+    """ "largest u_3 at x = 10 (in)", from the dataset's name and description."""
+    for ending in sorted(WORDS, key=len, reverse=True):
+        if name.endswith("_" + ending):
+            return axis_label(f"{WORDS[ending]} {escape(name[: -len(ending) - 1])}", summary.unit)
+    return axis_label(escape(name), summary.unit)
+
+
+def collect_response(study, columns, args):
+    name, summary = pick_response(study, args)
+    column = columns[0] if columns else 0
+    shown = study.complete
+    others = np.delete(study.values, column, axis=1)
+    sets, which = np.unique(others[shown], axis=0, return_inverse=True)
+    which = which.reshape(-1)
+    x, y = study.values[shown, column], summary.values[shown]
+    other_names = [one for i, one in enumerate(study.names) if i != column]
+    curves = []
+    if len(sets) <= MOST_CURVES:
+        for i, values in enumerate(sets):
+            order = np.argsort(x[which == i], kind="stable")
+            label = ", ".join(f"${symbol(n)}={v:.4g}$" for n, v in zip(other_names, values))
+            curves.append((label, x[which == i][order], y[which == i][order]))
+    else:
+        curves.append(("", x, y))
+    return {
+        "x_label": f"${symbol(study.names[column])}$",
+        "y_label": response_label(name, summary),
+        "curves": curves,
+        "points": len(sets) > MOST_CURVES,
+        "header": [study.names[column], name],
+        "rows": [(a, b) for _, xs, ys in curves for a, b in zip(xs, ys)],
+    }
+
+
+def collect_family(study, columns, args):
+    column = columns[0] if columns else 0
+    count = int(np.count_nonzero(study.complete))
+    if args.most < 1:
+        raise ResultsError("--most: at least one history")
+    chosen = set(np.unique(np.linspace(0, count - 1, min(args.most, count)).round().astype(int)).tolist())
+    values = study.values[study.complete, column]
+    lines, colours, rows = [], [], []
+    for i, (number, group) in enumerate(study.members(args.group)):
+        if i not in chosen:
+            continue
+        history = group.history(args.probe or group.probes[0])
+        probe, progress = args.probe or group.probes[0], axis_label(group.progress_name, history.time_unit)
+        lines.append(np.column_stack([history.time, history.values]))
+        colours.append(values[i])
+        rows += [(number, values[i], t, v) for t, v in lines[-1]]
+    quantity = f"${symbol(history.field)}$ at {escape(probe)}" if history.field else escape(probe)
+    return {
+        "x_label": progress,
+        "y_label": axis_label(quantity, history.unit),
+        "colour_label": f"${symbol(study.names[column])}$",
+        "lines": lines,
+        "colours": np.array(colours),
+        "header": ["member", study.names[column], "time", probe],
+        "rows": rows,
+    }
+
+
+def collect_map(study, columns, args):
+    name, summary = pick_response(study, args)
+    if len(columns) < 2:
+        columns = (columns + [i for i in range(len(study.names)) if i not in columns])[:2]
+    if len(columns) != 2 or columns[0] == columns[1]:
+        raise ResultsError(
+            f"{study.path}: a map takes two parameters that vary (there are: {', '.join(study.names)})"
+        )
+    shown = study.complete
+    x, y, z = study.values[shown, columns[0]], study.values[shown, columns[1]], summary.values[shown]
+    return {
+        "x_label": f"${symbol(study.names[columns[0]])}$",
+        "y_label": f"${symbol(study.names[columns[1]])}$",
+        "colour_label": response_label(name, summary),
+        "x": x,
+        "y": y,
+        "z": z,
+        "header": [study.names[columns[0]], study.names[columns[1]], name],
+        "rows": list(zip(x, y, z)),
+    }
+
+
+def write_csv(path, picture):
+    with sys.stdout if path == "-" else open(path, "w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(picture["header"])
+        for row in picture["rows"]:
+            writer.writerow([repr(float(value)) if isinstance(value, float) else value for value in row])
+
+
+def is_wide(values):
+    return len(values) > 2 and values.min() > 0.0 and values.max() > WIDE * values.min()
+
+
+def draw(kind, picture, title=None, size=None):
+    width, height = size or DEFAULT_SIZE
+    figure, axis = plt.subplots(layout="constrained", figsize=(width * MILLIMETRES, height * MILLIMETRES))
+    {"response": draw_response, "family": draw_family, "map": draw_map}[kind](figure, axis, picture)
+    axis.set_xlabel(picture["x_label"])
+    axis.set_ylabel(picture["y_label"])
+    for scale, ticks in ((axis.get_xscale(), axis.xaxis), (axis.get_yscale(), axis.yaxis)):
+        if scale == "linear":
+            ticks.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 2.5, 5, 10]))
+    if title:
+        axis.set_title(escape(title))
+    return figure
+
+
+def draw_response(figure, axis, picture):
+    curves = picture["curves"]
+    if picture["points"]:
+        _, x, y = curves[0]
+        # Many points are drawn as pixels also where the picture is of lines: the file stays small.
+        axis.plot(
+            x, y, ".", markersize=2, color=COLOURS[2], alpha=0.5, markeredgewidth=0, rasterized=len(x) > 2000
+        )
+    for i, (label, x, y) in enumerate(curves if not picture["points"] else ()):
+        axis.plot(x, y, "o-", markersize=2.5, color=COLOURS[i], label=label)
+    if len(curves) > 1:
+        axis.legend(frameon=False, fontsize=8)
+    if is_wide(np.concatenate([x for _, x, _ in curves])):
+        axis.set_xscale("log")
+
+
+def scale_of(values):
+    """How numbers become colours."""
+    if is_wide(values):
+        return LogNorm(values.min(), values.max())
+    spread = 0.5 * max(abs(values.max()), 1e-300) * 1e-6 if values.max() == values.min() else 0.0
+    return Normalize(values.min() - spread, values.max() + spread)
+
+
+def draw_family(figure, axis, picture):
+    lines, colours = picture["lines"], picture["colours"]
+    collection = LineCollection(
+        lines,
+        array=colours,
+        cmap=COLOUR_MAP,
+        norm=scale_of(colours),
+        linewidths=0.6 if len(lines) < 50 else 0.3,
+    )
+    axis.add_collection(collection)
+    axis.autoscale_view()
+    axis.set_xlim(min(line[0, 0] for line in lines), max(line[-1, 0] for line in lines))
+    axis.axhline(0.0, color="0.6", linewidth=0.4, zorder=0)
+    figure.colorbar(collection, ax=axis, label=picture["colour_label"])
+
+
+def draw_map(figure, axis, picture):
+    x, y, z = picture["x"], picture["y"], picture["z"]
+    columns, rows = np.unique(x), np.unique(y)
+    if len(columns) * len(rows) == len(z) and min(len(columns), len(rows)) > 1:
+        grid = np.empty((len(rows), len(columns)))
+        grid[np.searchsorted(rows, y), np.searchsorted(columns, x)] = z
+        shown = axis.contourf(columns, rows, grid, levels=24, cmap=COLOUR_MAP)
+        lines = axis.contour(columns, rows, grid, levels=shown.levels[::4], colors="white", linewidths=0.4)
+        axis.clabel(lines, fontsize=6, fmt="%.3g")
+    else:
+        # Members that are missing, or scattered from the start: every one is a point of its own.
+        shown = axis.scatter(
+            x, y, c=z, s=8, cmap=COLOUR_MAP, norm=scale_of(z), linewidths=0, rasterized=len(z) > 2000
+        )
+    if is_wide(columns):
+        axis.set_xscale("log")
+    if is_wide(rows):
+        axis.set_yscale("log")
+    figure.colorbar(shown, ax=axis, label=picture["colour_label"])
+
+
+if __name__ == "__main__":
+    run_script(main)

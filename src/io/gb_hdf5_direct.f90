@@ -1,0 +1,344 @@
+!> A thin layer over HDF5 for files that are changed in place: groups, attributes and whole arrays. Every call
+!> checks HDF5's answer; the first one that fails is reported as an error_t with exit status 3.
+module gb_hdf5_direct
+    use, intrinsic :: iso_c_binding, only: c_char, c_int8_t, c_loc, c_null_char, c_ptr
+    use hdf5, only: hid_t, hsize_t, h5fcreate_f, h5fflush_f, h5fclose_f, h5gcreate_f, h5gclose_f, &
+        h5screate_f, h5screate_simple_f, h5sclose_f, h5tcopy_f, h5tset_cset_f, h5tclose_f, h5acreate_f, &
+        h5aopen_f, h5awrite_f, h5aclose_f, h5dcreate_f, h5dwrite_f, h5dclose_f, h5pcreate_f, h5pclose_f, &
+        h5f_acc_trunc_f, h5f_scope_global_f, h5s_scalar_f, h5t_string, h5t_cset_utf8_f, h5t_native_double, &
+        h5t_native_integer, h5t_std_i8le, h5p_group_create_f, h5pset_link_creation_order_f, &
+        h5p_crt_order_tracked_f, h5p_crt_order_indexed_f, h5t_std_i32le, h5t_ieee_f64le
+    use gb_kinds, only: wp
+    use gb_claim, only: set_environment_default
+    use gb_error, only: error_t, raise, status_file
+    use gb_hdf5, only: start_hdf5
+    implicit none
+    private
+
+    public :: hid_t, create_file, flush_file, close_file, create_group, close_group, close_dataset
+    public :: put_attribute, put_array, put_text, replace_attribute, describe, text_type, check
+
+    !> Write a scalar attribute: text (UTF-8, variable length), integer or real.
+    interface put_attribute
+        module procedure put_text_attribute, put_integer_attribute, put_real_attribute
+    end interface put_attribute
+
+    !> Give an existing attribute another value.
+    interface replace_attribute
+        module procedure replace_text_attribute, replace_real_attribute
+    end interface replace_attribute
+
+    !> Write a whole dataset with its unit and description.
+    interface put_array
+        module procedure put_reals, put_real_blocks, put_integers, put_integer_table, put_byte_table
+    end interface put_array
+
+contains
+
+    !> Create the file, replacing an older one.
+    subroutine create_file(path, file, error)
+        character(*), intent(in) :: path
+        integer(hid_t), intent(out) :: file
+        type(error_t), allocatable, intent(out) :: error
+        integer :: info
+
+        file = -1
+        ! Without a lock, others can read the file while it is being written.
+        call set_environment_default('HDF5_USE_FILE_LOCKING', 'FALSE')
+        call start_hdf5()
+        call h5fcreate_f(path, h5f_acc_trunc_f, file, info)
+        if (info < 0) call raise(error, status_file, &
+            'HDF5 cannot create the file (is another program using it?)')
+    end subroutine create_file
+
+    subroutine flush_file(file, error)
+        integer(hid_t), intent(in) :: file
+        type(error_t), allocatable, intent(out) :: error
+        integer :: info
+
+        call h5fflush_f(file, h5f_scope_global_f, info)
+        call check(info, 'flush the file', error)
+    end subroutine flush_file
+
+    subroutine close_file(file, error)
+        integer(hid_t), intent(in) :: file
+        type(error_t), allocatable, intent(out) :: error
+        integer :: info
+
+        call h5fclose_f(file, info)
+        call check(info, 'close the file', error)
+    end subroutine close_file
+
+    !> A group that remembers in which order its members were made: probes come back as the deck has them.
+    subroutine create_group(parent, name, group, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name
+        integer(hid_t), intent(out) :: group
+        type(error_t), allocatable, intent(out) :: error
+        integer(hid_t) :: properties
+        integer :: info, ignored
+
+        call h5pcreate_f(h5p_group_create_f, properties, info)
+        if (info >= 0) call h5pset_link_creation_order_f(properties, &
+            ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), info)
+        if (info >= 0) call h5gcreate_f(parent, name, group, info, gcpl_id=properties)
+        if (info >= 0) call h5pclose_f(properties, ignored)
+        call check(info, 'create ' // name, error)
+    end subroutine create_group
+
+    subroutine close_group(group)
+        integer(hid_t), intent(in) :: group
+        integer :: info
+
+        call h5gclose_f(group, info)
+    end subroutine close_group
+
+    subroutine close_dataset(dataset)
+        integer(hid_t), intent(in) :: dataset
+        integer :: info
+
+        call h5dclose_f(dataset, info)
+    end subroutine close_dataset
+
+    !> An error where HDF5's answer is one, unless there is one already.
+    subroutine check(info, deed, error)
+        integer, intent(in) :: info
+        character(*), intent(in) :: deed
+        type(error_t), allocatable, intent(inout) :: error
+
+        if (info >= 0 .or. allocated(error)) return
+        call raise(error, status_file, 'could not ' // deed)
+    end subroutine check
+
+    !> HDF5's type of a UTF-8 text of any length (its Fortran interface's H5T_STRING has variable length).
+    subroutine text_type(type_id, info)
+        integer(hid_t), intent(out) :: type_id
+        integer, intent(out) :: info
+
+        call h5tcopy_f(h5t_string, type_id, info)
+        if (info >= 0) call h5tset_cset_f(type_id, h5t_cset_utf8_f, info)
+    end subroutine text_type
+
+    !> The text with a closing NUL, one character an element, as C wants it.
+    pure function c_text(text) result(characters)
+        character(*), intent(in) :: text
+        character(kind=c_char) :: characters(len(text) + 1)
+        integer :: i
+
+        do i = 1, len(text)
+            characters(i) = text(i:i)
+        end do
+        characters(len(text) + 1) = c_null_char
+    end function c_text
+
+    subroutine put_text_attribute(object, name, text, error)
+        integer(hid_t), intent(in) :: object
+        character(*), intent(in) :: name, text
+        type(error_t), allocatable, intent(out) :: error
+        character(kind=c_char), target :: characters(len(text) + 1)
+        type(c_ptr), target :: address
+        integer(hid_t) :: type_id, space, attribute
+        integer :: info, ignored
+
+        characters = c_text(text)
+        address = c_loc(characters)
+        call text_type(type_id, info)
+        if (info >= 0) call h5screate_f(h5s_scalar_f, space, info)
+        if (info >= 0) call h5acreate_f(object, name, type_id, space, attribute, info)
+        if (info >= 0) then
+            call h5awrite_f(attribute, type_id, c_loc(address), info)
+            call h5aclose_f(attribute, ignored)
+            call h5sclose_f(space, ignored)
+            call h5tclose_f(type_id, ignored)
+        end if
+        call check(info, 'write attribute ' // name, error)
+    end subroutine put_text_attribute
+
+    !> Give an existing text attribute another text.
+    subroutine replace_text_attribute(object, name, text, error)
+        integer(hid_t), intent(in) :: object
+        character(*), intent(in) :: name, text
+        type(error_t), allocatable, intent(out) :: error
+        character(kind=c_char), target :: characters(len(text) + 1)
+        type(c_ptr), target :: address
+        integer(hid_t) :: type_id, attribute
+        integer :: info, ignored
+
+        characters = c_text(text)
+        address = c_loc(characters)
+        call text_type(type_id, info)
+        if (info >= 0) call h5aopen_f(object, name, attribute, info)
+        if (info >= 0) then
+            call h5awrite_f(attribute, type_id, c_loc(address), info)
+            call h5aclose_f(attribute, ignored)
+            call h5tclose_f(type_id, ignored)
+        end if
+        call check(info, 'write attribute ' // name, error)
+    end subroutine replace_text_attribute
+
+    !> Give an existing real attribute another value.
+    subroutine replace_real_attribute(object, name, number, error)
+        integer(hid_t), intent(in) :: object
+        character(*), intent(in) :: name
+        real(wp), intent(in) :: number
+        type(error_t), allocatable, intent(out) :: error
+        real(wp), target :: value
+        integer(hid_t) :: attribute
+        integer :: info, ignored
+
+        value = number
+        call h5aopen_f(object, name, attribute, info)
+        if (info >= 0) then
+            call h5awrite_f(attribute, h5t_native_double, c_loc(value), info)
+            call h5aclose_f(attribute, ignored)
+        end if
+        call check(info, 'write attribute ' // name, error)
+    end subroutine replace_real_attribute
+
+    subroutine put_integer_attribute(object, name, number, error)
+        integer(hid_t), intent(in) :: object
+        character(*), intent(in) :: name
+        integer, intent(in) :: number
+        type(error_t), allocatable, intent(out) :: error
+        integer, target :: value
+
+        value = number
+        call put_scalar(object, name, h5t_native_integer, c_loc(value), error)
+    end subroutine put_integer_attribute
+
+    subroutine put_real_attribute(object, name, number, error)
+        integer(hid_t), intent(in) :: object
+        character(*), intent(in) :: name
+        real(wp), intent(in) :: number
+        type(error_t), allocatable, intent(out) :: error
+        real(wp), target :: value
+
+        value = number
+        call put_scalar(object, name, h5t_native_double, c_loc(value), error)
+    end subroutine put_real_attribute
+
+    subroutine put_scalar(object, name, type_id, address, error)
+        integer(hid_t), intent(in) :: object, type_id
+        character(*), intent(in) :: name
+        type(c_ptr), intent(in) :: address
+        type(error_t), allocatable, intent(out) :: error
+        integer(hid_t) :: space, attribute
+        integer :: info, ignored
+
+        call h5screate_f(h5s_scalar_f, space, info)
+        if (info >= 0) call h5acreate_f(object, name, type_id, space, attribute, info)
+        if (info >= 0) then
+            call h5awrite_f(attribute, type_id, address, info)
+            call h5aclose_f(attribute, ignored)
+            call h5sclose_f(space, ignored)
+        end if
+        call check(info, 'write attribute ' // name, error)
+    end subroutine put_scalar
+
+    !> A scalar text dataset; the dataset's handle is left open for attributes.
+    subroutine put_text(parent, name, text, dataset, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name, text
+        integer(hid_t), intent(out) :: dataset
+        type(error_t), allocatable, intent(out) :: error
+        character(kind=c_char), allocatable, target :: characters(:)
+        type(c_ptr), target :: address
+        integer(hid_t) :: type_id, space
+        integer :: info, ignored
+
+        allocate (characters(len(text) + 1))
+        characters = c_text(text)
+        address = c_loc(characters)
+        call text_type(type_id, info)
+        if (info >= 0) call h5screate_f(h5s_scalar_f, space, info)
+        if (info >= 0) call h5dcreate_f(parent, name, type_id, space, dataset, info)
+        if (info >= 0) then
+            call h5dwrite_f(dataset, type_id, c_loc(address), info)
+            call h5sclose_f(space, ignored)
+            call h5tclose_f(type_id, ignored)
+        end if
+        call check(info, 'write ' // name, error)
+    end subroutine put_text
+
+    subroutine put_reals(parent, name, values, unit, description, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        real(wp), intent(in), target, contiguous :: values(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        call put_any(parent, name, h5t_ieee_f64le, h5t_native_double, int(shape(values), hsize_t), &
+            c_loc(values), unit, description, error)
+    end subroutine put_reals
+
+    subroutine put_real_blocks(parent, name, values, unit, description, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        real(wp), intent(in), target, contiguous :: values(:, :, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        call put_any(parent, name, h5t_ieee_f64le, h5t_native_double, int(shape(values), hsize_t), &
+            c_loc(values), unit, description, error)
+    end subroutine put_real_blocks
+
+    subroutine put_integers(parent, name, values, unit, description, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        integer, intent(in), target, contiguous :: values(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        call put_any(parent, name, h5t_std_i32le, h5t_native_integer, int(shape(values), hsize_t), &
+            c_loc(values), unit, description, error)
+    end subroutine put_integers
+
+    subroutine put_integer_table(parent, name, values, unit, description, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        integer, intent(in), target, contiguous :: values(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        call put_any(parent, name, h5t_std_i32le, h5t_native_integer, int(shape(values), hsize_t), &
+            c_loc(values), unit, description, error)
+    end subroutine put_integer_table
+
+    subroutine put_byte_table(parent, name, values, unit, description, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        integer(c_int8_t), intent(in), target, contiguous :: values(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        call put_any(parent, name, h5t_std_i8le, h5t_std_i8le, int(shape(values), hsize_t), c_loc(values), &
+            unit, description, error)
+    end subroutine put_byte_table
+
+    subroutine put_any(parent, name, file_type, memory_type, extent, address, unit, description, error)
+        integer(hid_t), intent(in) :: parent, file_type, memory_type
+        character(*), intent(in) :: name, unit, description
+        integer(hsize_t), intent(in) :: extent(:)
+        type(c_ptr), intent(in) :: address
+        type(error_t), allocatable, intent(out) :: error
+        integer(hid_t) :: space, dataset
+        integer :: info, ignored
+
+        call h5screate_simple_f(size(extent), extent, space, info)
+        if (info >= 0) call h5dcreate_f(parent, name, file_type, space, dataset, info)
+        if (info >= 0) then
+            call h5dwrite_f(dataset, memory_type, address, info)
+            call describe(dataset, unit, description, error)
+            call h5dclose_f(dataset, ignored)
+            call h5sclose_f(space, ignored)
+        end if
+        call check(info, 'write ' // name, error)
+    end subroutine put_any
+
+    !> The attributes that every dataset has.
+    subroutine describe(dataset, unit, description, error)
+        integer(hid_t), intent(in) :: dataset
+        character(*), intent(in) :: unit, description
+        type(error_t), allocatable, intent(out) :: error
+
+        call put_attribute(dataset, 'unit', unit, error)
+        if (allocated(error)) return
+        call put_attribute(dataset, 'description', description, error)
+    end subroutine describe
+
+end module gb_hdf5_direct
