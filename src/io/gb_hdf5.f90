@@ -31,7 +31,8 @@ module gb_hdf5
 
     !> Write a whole dataset with its unit and description.
     interface put_array
-        module procedure put_reals, put_real_blocks, put_integer_table, put_byte_table
+        module procedure put_reals, put_real_table, put_real_blocks, put_integers, put_integer_table, &
+            put_byte_table
     end interface put_array
 
     !> A dataset that grows by rows. Rows gather in a buffer and are written when it is full or on `flush`.
@@ -298,6 +299,16 @@ contains
             c_loc(values), unit, description, error)
     end subroutine put_reals
 
+    subroutine put_real_table(parent, name, values, unit, description, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        real(wp), intent(in), target, contiguous :: values(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        call put_any(parent, name, h5t_ieee_f64le, h5t_native_double, int(shape(values), hsize_t), &
+            c_loc(values), unit, description, error)
+    end subroutine put_real_table
+
     subroutine put_real_blocks(parent, name, values, unit, description, error)
         integer(hid_t), intent(in) :: parent
         character(*), intent(in) :: name, unit, description
@@ -307,6 +318,16 @@ contains
         call put_any(parent, name, h5t_ieee_f64le, h5t_native_double, int(shape(values), hsize_t), &
             c_loc(values), unit, description, error)
     end subroutine put_real_blocks
+
+    subroutine put_integers(parent, name, values, unit, description, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        integer, intent(in), target, contiguous :: values(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        call put_any(parent, name, h5t_std_i32le, h5t_native_integer, int(shape(values), hsize_t), &
+            c_loc(values), unit, description, error)
+    end subroutine put_integers
 
     subroutine put_integer_table(parent, name, values, unit, description, error)
         integer(hid_t), intent(in) :: parent

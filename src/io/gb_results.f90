@@ -5,9 +5,11 @@ module gb_results
     use gb_posix, only: claim_file, try_to_write
     use gb_text, only: to_text
     use gb_results_header, only: write_header, write_units, write_mesh
+    use gb_results_recovery, only: recovery_series_t, write_stations
     use gb_fields, only: n_fields, field_names, field_length_power
     use gb_model, only: units_t
-    use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, &
+    use gb_gauge, only: gauge_t
+    use gb_problem, only: problem_t, task_t, probe_t, output_t, task_static, task_modal, task_transient, &
         quantity_displacement, quantity_velocity
     use gb_state, only: state_t
     use gb_recorder, only: step_record_t
@@ -53,6 +55,9 @@ module gb_results
         type(state_t) :: unwritten                  !! it is written if it turns out to be the last
         type(series_t) :: time, fields(3), all_time, energies(n_energies), solver(n_solver)
         type(series_t), allocatable :: probes(:)
+        class(gauge_t), allocatable :: gauge        !! reads strains and stresses off a state
+        type(output_t) :: output
+        type(recovery_series_t) :: recovered
         integer(i8) :: last_flush = 0
     contains
         procedure :: open => open_results
@@ -61,6 +66,7 @@ module gb_results
         procedure :: write_modes
         procedure :: end_task
         procedure :: close => close_results
+        procedure :: faces_beyond
         procedure, private :: fail
     end type results_t
 
@@ -68,9 +74,10 @@ contains
 
     !> Create NAME.h5 and write all that does not change. A file that cannot be written is reported with the
     !> system's reason.
-    subroutine open_results(self, problem, error)
+    subroutine open_results(self, problem, gauge, error)
         class(results_t), intent(inout) :: self
         type(problem_t), intent(in) :: problem
+        class(gauge_t), intent(in) :: gauge
         type(error_t), allocatable, intent(out) :: error
         character(:), allocatable :: reason
 
@@ -78,6 +85,8 @@ contains
         self%units = problem%model%units
         self%every = problem%output%every
         self%nodes = problem%model%mesh%n_nodes()
+        self%output = problem%output
+        allocate (self%gauge, source=gauge)
         self%has_fields = [problem%output%u, problem%output%v, problem%output%a]
         allocate (self%probes(size(problem%probes)))
         reason = claim_file(self%path)
@@ -94,6 +103,9 @@ contains
         call write_header(self%file, problem, error)
         if (.not. allocated(error)) call write_units(self%file, self%units, error)
         if (.not. allocated(error)) call write_mesh(self%file, problem%model, error)
+        if (.not. allocated(error) .and. (self%output%strain .or. self%output%stress)) then
+            call write_stations(self%file, self%gauge, self%units, error)
+        end if
         if (.not. allocated(error)) call flush_file(self%file, error)
         if (allocated(error)) call self%fail(error)
         call system_clock(self%last_flush)
@@ -197,6 +209,8 @@ contains
                 field_units(self%units, i), trim(set_descriptions(i)), error)
             if (allocated(error)) return
         end do
+        call self%recovered%create(self%group, self%gauge, self%output, self%units, error)
+        if (allocated(error)) return
         call create_group(self%group, 'probes', group, error)
         if (allocated(error)) return
         call self%all_time%create(group, 'time', [integer ::], .false., time_unit, abscissa &
@@ -342,6 +356,7 @@ contains
         if (self%has_fields(1) .and. .not. allocated(error)) call self%fields(1)%append(state%u, error)
         if (self%has_fields(2) .and. .not. allocated(error)) call self%fields(2)%append(state%v, error)
         if (self%has_fields(3) .and. .not. allocated(error)) call self%fields(3)%append(state%a, error)
+        if (.not. allocated(error)) call self%recovered%append(self%gauge, state%u, error)
     end subroutine write_row
 
     !> Now and then everything gathered goes to the file, so that a long run can be looked at while it goes
@@ -368,6 +383,9 @@ contains
         call one(self%time)
         do i = 1, 3
             call one(self%fields(i))
+        end do
+        do i = 1, size(self%recovered%series)
+            call one(self%recovered%series(i))
         end do
         call one(self%all_time)
         do i = 1, size(self%probes)
@@ -414,6 +432,14 @@ contains
             'fields u1 u3 y1 y3 xi of every mode, largest displacement 1', error)
         if (allocated(error)) call self%fail(error)
     end subroutine write_modes
+
+    !> How many faces of the command's rows lay beyond the material's limits, so that another point's stress
+    !> stands in for theirs.
+    pure integer function faces_beyond(self)
+        class(results_t), intent(in) :: self
+
+        faces_beyond = self%recovered%beyond
+    end function faces_beyond
 
     !> Close the running command's group.
     subroutine end_task(self, error)

@@ -12,6 +12,7 @@ module gb_run
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
     use gb_external, only: external_t, build_external
+    use gb_recovery, only: build_recovery
     use gb_initial, only: initial_state, initial_velocities
     use gb_static, only: run_static
     use gb_modal, only: run_modal
@@ -99,10 +100,10 @@ contains
         call use_one_blas_thread()
         call system_clock(start)
         call cpu_time(cpu_start)
-        call monitor%open(problem, options%log_level, error)
+        system = build_system(problem%model)
+        call monitor%open(problem, build_recovery(problem%model, system), options%log_level, error)
         if (allocated(error)) return
         call monitor%log%line('  results: ' // monitor%results%path)
-        system = build_system(problem%model)
         external = build_external(problem%model)
         call initial_state(problem%model, system, state, error)
         has_velocities = .true.
