@@ -5,6 +5,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 command_name=scripts/$(basename "$0")
 venv=$root/.venv
 requirements=$root/scripts/requirements.txt
+test_requirements=$root/scripts/requirements-test.txt
 oldest_gfortran=12
 
 # What has to be on the machine: a probe, and the Debian package that supplies it.
@@ -106,6 +107,31 @@ setup_toolchain() {
         missing+=(python3 python3-venv)
     [ ${#missing[@]} -eq 0 ] || apt_install "${missing[@]}"
     choose_compiler
+}
+
+# What only the tests need: a browser for the pages, a renderer without a display for VTK.
+setup_test_tools() {
+    stage 'tools of the tests: VTK, a browser'
+    local missing=() package
+    if have dpkg-query; then
+        for package in libegl1 libegl-mesa0 libgl1-mesa-dri; do
+            package_installed "$package" || missing+=("$package")
+        done
+    fi
+    [ -n "$(find_browser)" ] || missing+=(chromium)
+    [ ${#missing[@]} -eq 0 ] || apt_install "${missing[@]}"
+    if [ "$(cat "$venv/stamp-test" 2>/dev/null)" != "$(sha256sum <"$test_requirements")" ]; then
+        quietly "$venv/bin/python" -m pip --disable-pip-version-check install -r "$test_requirements"
+        sha256sum <"$test_requirements" >"$venv/stamp-test"
+    fi
+}
+
+find_browser() {
+    local name
+    for name in chromium chromium-browser google-chrome; do
+        command -v "$name" 2>/dev/null && return 0
+    done
+    return 0
 }
 
 # The stamp ties the environment to the requirements it was made from.

@@ -2,6 +2,7 @@
 !> checks HDF5's answer; the first one that fails is reported as an error_t with exit status 3.
 module gb_hdf5
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int8_t, c_loc, c_null_char, c_ptr
+    use, intrinsic :: iso_fortran_env, only: real32, int32, int64
     use hdf5, only: hid_t, hsize_t, h5open_f, h5eset_auto_f, h5fcreate_f, h5fflush_f, h5fclose_f, &
         h5gcreate_f, h5gclose_f, h5screate_f, h5screate_simple_f, h5sclose_f, h5sselect_hyperslab_f, &
         h5tcopy_f, h5tset_cset_f, h5tclose_f, h5acreate_f, h5aopen_f, h5awrite_f, h5aclose_f, h5dcreate_f, &
@@ -9,7 +10,8 @@ module gb_hdf5
         h5f_acc_trunc_f, h5f_scope_global_f, h5s_scalar_f, h5s_select_set_f, h5s_unlimited_f, h5t_string, &
         h5t_cset_utf8_f, h5t_native_double, h5t_native_integer, h5t_std_i8le, h5p_dataset_create_f, &
         h5p_group_create_f, h5pset_link_creation_order_f, h5p_crt_order_tracked_f, h5p_crt_order_indexed_f, &
-        h5t_std_i32le, h5t_ieee_f64le
+        h5t_std_i32le, h5t_ieee_f64le, h5t_ieee_f32le, h5t_std_i64le, h5t_native_real, h5kind_to_type, &
+        h5_integer_kind
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_file
     use gb_posix, only: set_environment_default
@@ -18,6 +20,10 @@ module gb_hdf5
 
     public :: hid_t, create_file, flush_file, close_file, create_group, close_group, close_dataset
     public :: put_attribute, put_array, put_text, replace_attribute
+    public :: check, c_text, put_scalar, put_any, describe
+
+    !> How the numbers of a series are stored.
+    integer, parameter, public :: stored_real64 = 1, stored_real32 = 2, stored_int32 = 3, stored_int64 = 4
 
     !> Write a scalar attribute: text (UTF-8, variable length), integer or real.
     interface put_attribute
@@ -26,7 +32,7 @@ module gb_hdf5
 
     !> Give an existing attribute another value.
     interface replace_attribute
-        module procedure replace_text_attribute, replace_real_attribute
+        module procedure replace_text_attribute, replace_real_attribute, replace_integer_attribute
     end interface replace_attribute
 
     !> Write a whole dataset with its unit and description.
@@ -41,9 +47,12 @@ module gb_hdf5
         integer(hsize_t) :: written = 0                 !! rows in the file
         integer :: pending = 0                          !! rows in the buffer
         integer(hsize_t), allocatable :: row_shape(:)   !! as Fortran orders it
+        integer :: stored = 1                           !! as stored_... says
+        integer(hsize_t) :: records = 1                 !! places of the growing dimension that a row takes
         real(wp), allocatable :: buffer(:, :)           !! (row size, rows)
     contains
         procedure :: create => create_series
+        procedure :: create_records
         procedure :: append
         procedure :: flush => flush_series
         procedure :: close => close_series
@@ -59,6 +68,7 @@ module gb_hdf5
     end interface
 
     integer, parameter :: buffer_reals = 32768          !! numbers a series holds back at most
+    integer, parameter :: record_chunk = 8192           !! numbers of a chunk of records, if a row has no more
 
 contains
 
@@ -204,6 +214,25 @@ contains
         end if
         call check(info, 'write attribute ' // name, error)
     end subroutine replace_text_attribute
+
+    !> Give an existing integer attribute another value.
+    subroutine replace_integer_attribute(object, name, number, error)
+        integer(hid_t), intent(in) :: object
+        character(*), intent(in) :: name
+        integer, intent(in) :: number
+        type(error_t), allocatable, intent(out) :: error
+        integer, target :: value
+        integer(hid_t) :: attribute
+        integer :: info, ignored
+
+        value = number
+        call h5aopen_f(object, name, attribute, info)
+        if (info >= 0) then
+            call h5awrite_f(attribute, h5t_native_integer, c_loc(value), info)
+            call h5aclose_f(attribute, ignored)
+        end if
+        call check(info, 'write attribute ' // name, error)
+    end subroutine replace_integer_attribute
 
     !> Give an existing real attribute another value.
     subroutine replace_real_attribute(object, name, number, error)
@@ -387,32 +416,66 @@ contains
         integer, intent(in) :: row_shape(:)             !! empty for scalars
         logical, intent(in) :: whole
         type(error_t), allocatable, intent(out) :: error
+
+        call self%create_records(parent, name, row_shape, 1, merge(stored_int32, stored_real64, whole), &
+            unit, &
+            description, error)
+    end subroutine create_series
+
+    !> An empty series whose rows are `records` records of the given shape each, one behind the other in the
+    !> growing dimension, stored as `stored_...` says.
+    subroutine create_records(self, parent, name, row_shape, records, stored, unit, description, error)
+        class(series_t), intent(inout) :: self
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        integer, intent(in) :: row_shape(:)             !! of a record; empty for scalars
+        integer, intent(in) :: records, stored
+        type(error_t), allocatable, intent(out) :: error
         integer(hid_t) :: space, properties
         integer(hsize_t) :: none(size(row_shape) + 1), limit(size(row_shape) + 1), chunk(size(row_shape) + 1)
         integer :: info, ignored, row_size, rows
 
-        row_size = product(row_shape)
+        row_size = product(row_shape)*records
         rows = max(1, min(512, buffer_reals/row_size))
         self%row_shape = int(row_shape, hsize_t)
+        self%records = records
+        self%stored = stored
         self%written = 0
         self%pending = 0
         if (allocated(self%buffer)) deallocate (self%buffer)
         allocate (self%buffer(row_size, rows))
         none = [int(row_shape, hsize_t), 0_hsize_t]
         limit = [int(row_shape, hsize_t), h5s_unlimited_f]
-        chunk = [int(row_shape, hsize_t), int(rows, hsize_t)]
+        chunk = [int(row_shape, hsize_t), int(rows, hsize_t)*records]
+        ! A chunk takes its whole place in the file, however few its rows.
+        if (records > 1) chunk(size(chunk)) = records*max(1, min(rows, record_chunk/row_size))
         call h5pcreate_f(h5p_dataset_create_f, properties, info)
         if (info >= 0) call h5pset_chunk_f(properties, size(chunk), chunk, info)
         if (info >= 0) call h5screate_simple_f(size(none), none, space, info, limit)
-        if (info >= 0) call h5dcreate_f(parent, name, merge(h5t_std_i32le, h5t_ieee_f64le, whole), space, &
-            self%dataset, info, properties)
+        if (info >= 0) call h5dcreate_f(parent, name, file_type(stored), space, self%dataset, info, &
+            properties)
         if (info >= 0) then
             call describe(self%dataset, unit, description, error)
             call h5sclose_f(space, ignored)
             call h5pclose_f(properties, ignored)
         end if
         call check(info, 'create ' // name, error)
-    end subroutine create_series
+    end subroutine create_records
+
+    integer(hid_t) function file_type(stored)
+        integer, intent(in) :: stored
+
+        select case (stored)
+        case (stored_real32)
+            file_type = h5t_ieee_f32le
+        case (stored_int32)
+            file_type = h5t_std_i32le
+        case (stored_int64)
+            file_type = h5t_std_i64le
+        case default
+            file_type = h5t_ieee_f64le
+        end select
+    end function file_type
 
     subroutine append(self, row, error)
         class(series_t), intent(inout) :: self
@@ -434,17 +497,16 @@ contains
         integer :: info, ignored
 
         if (self%pending == 0) return
-        extent = [self%row_shape, self%written + self%pending]
+        extent = [self%row_shape, (self%written + self%pending)*self%records]
         start = 0
-        start(size(start)) = self%written
-        rows = [self%row_shape, int(self%pending, hsize_t)]
+        start(size(start)) = self%written*self%records
+        rows = [self%row_shape, self%pending*self%records]
         call h5dset_extent_f(self%dataset, extent, info)
         if (info >= 0) call h5dget_space_f(self%dataset, file_space, info)
         if (info >= 0) call h5sselect_hyperslab_f(file_space, h5s_select_set_f, start, rows, info)
         if (info >= 0) call h5screate_simple_f(size(rows), rows, memory_space, info)
         if (info >= 0) then
-            call h5dwrite_f(self%dataset, h5t_native_double, c_loc(self%buffer), info, memory_space, &
-                file_space)
+            call write_buffer(self, memory_space, file_space, info)
             call h5sclose_f(memory_space, ignored)
             call h5sclose_f(file_space, ignored)
         end if
@@ -453,6 +515,33 @@ contains
         self%written = self%written + self%pending
         self%pending = 0
     end subroutine flush_series
+
+    !> The buffer as it is stored: HDF5's own conversion of numbers costs more to set up than a short run
+    !> takes.
+    subroutine write_buffer(self, memory_space, file_space, info)
+        class(series_t), intent(in), target :: self
+        integer(hid_t), intent(in) :: memory_space, file_space
+        integer, intent(out) :: info
+        real(real32), allocatable, target :: short(:, :)
+        integer(int32), allocatable, target :: whole(:, :)
+        integer(int64), allocatable, target :: long(:, :)
+
+        select case (self%stored)
+        case (stored_real32)
+            short = real(self%buffer(:, :self%pending), real32)
+            call h5dwrite_f(self%dataset, h5t_native_real, c_loc(short), info, memory_space, file_space)
+        case (stored_int32)
+            whole = nint(self%buffer(:, :self%pending), int32)
+            call h5dwrite_f(self%dataset, h5t_native_integer, c_loc(whole), info, memory_space, file_space)
+        case (stored_int64)
+            long = nint(self%buffer(:, :self%pending), int64)
+            call h5dwrite_f(self%dataset, h5kind_to_type(int64, h5_integer_kind), c_loc(long), info, &
+                memory_space, file_space)
+        case default
+            call h5dwrite_f(self%dataset, h5t_native_double, c_loc(self%buffer), info, memory_space, &
+                file_space)
+        end select
+    end subroutine write_buffer
 
     subroutine close_series(self, error)
         class(series_t), intent(inout) :: self

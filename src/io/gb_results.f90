@@ -8,6 +8,7 @@ module gb_results
     use gb_results_recovery, only: recovery_series_t, write_stations
     use gb_fields, only: n_fields, field_names, field_length_power
     use gb_model, only: units_t
+    use gb_paraview, only: paraview_t
     use gb_gauge, only: gauge_t
     use gb_problem, only: problem_t, task_t, probe_t, output_t, task_static, task_modal, task_transient, &
         quantity_displacement, quantity_velocity
@@ -44,6 +45,7 @@ module gb_results
         logical :: is_open = .false.
         type(units_t) :: units
         integer :: commands = 0                     !! solution commands begun
+        integer :: commands_shown = 0               !! those with a course in time or load
         integer :: every = 1
         integer :: nodes = 0
         integer :: grid_steps = 0                   !! whole steps of the running command
@@ -58,6 +60,8 @@ module gb_results
         class(gauge_t), allocatable :: gauge        !! reads strains and stresses off a state
         type(output_t) :: output
         type(recovery_series_t) :: recovered
+        type(paraview_t) :: paraview
+        real(wp), allocatable :: x(:)               !! reference X1 of the nodes [L]
         integer(i8) :: last_flush = 0
     contains
         procedure :: open => open_results
@@ -86,6 +90,7 @@ contains
         self%every = problem%output%every
         self%nodes = problem%model%mesh%n_nodes()
         self%output = problem%output
+        self%x = problem%model%mesh%x
         allocate (self%gauge, source=gauge)
         self%has_fields = [problem%output%u, problem%output%v, problem%output%a]
         allocate (self%probes(size(problem%probes)))
@@ -209,6 +214,12 @@ contains
                 field_units(self%units, i), trim(set_descriptions(i)), error)
             if (allocated(error)) return
         end do
+        if (self%commands_shown == 0 .and. self%output%u) then
+            call self%paraview%open(self%file, self%x, self%gauge, self%units, self%output%strain, error)
+        end if
+        if (allocated(error)) return
+        self%commands_shown = self%commands_shown + 1
+        call self%paraview%begin_task()
         call self%recovered%create(self%group, self%gauge, self%output, self%units, error)
         if (allocated(error)) return
         call create_group(self%group, 'probes', group, error)
@@ -357,6 +368,7 @@ contains
         if (self%has_fields(2) .and. .not. allocated(error)) call self%fields(2)%append(state%v, error)
         if (self%has_fields(3) .and. .not. allocated(error)) call self%fields(3)%append(state%a, error)
         if (.not. allocated(error)) call self%recovered%append(self%gauge, state%u, error)
+        if (.not. allocated(error)) call self%paraview%append(self%gauge, abscissa, state%u, error)
     end subroutine write_row
 
     !> Now and then everything gathered goes to the file, so that a long run can be looked at while it goes
@@ -370,6 +382,7 @@ contains
         if (real(count - self%last_flush, wp) < flush_seconds*real(rate, wp)) return
         self%last_flush = count
         call for_every_series(self, .false., error)
+        if (.not. allocated(error)) call self%paraview%flush(error)
         if (.not. allocated(error)) call flush_file(self%file, error)
     end subroutine flush_in_time
 
@@ -450,6 +463,7 @@ contains
         self%has_unwritten = .false.
         if (.not. allocated(error)) call for_every_series(self, .true., error)
         if (.not. allocated(error)) call close_group(self%group)
+        if (.not. allocated(error)) call self%paraview%flush(error)
         if (.not. allocated(error)) call flush_file(self%file, error)
         if (allocated(error)) call self%fail(error)
     end subroutine end_task
@@ -463,7 +477,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         if (.not. self%is_open) return
-        call replace_attribute(self%file, 'status', status, error)
+        call self%paraview%close(error)
+        if (.not. allocated(error)) call replace_attribute(self%file, 'status', status, error)
         if (.not. allocated(error)) call replace_attribute(self%file, 'message', message, error)
         if (.not. allocated(error)) call replace_attribute(self%file, 'wall_seconds', wall_seconds, &
             error)

@@ -294,6 +294,8 @@ def test_running_file_can_be_read_and_survives_a_kill(gentbeam):
         kept = group["time"].shape[0]
         assert file.attrs["status"] == "running" and kept >= rows
         assert group["u"].shape == (kept, NODES, 5) and np.isfinite(group["u"][()]).all()
+        shown = file["VTKHDF/Steps"].attrs["NSteps"]
+        assert rows <= shown <= file["VTKHDF/Points"].shape[0] // (3 * NODES)
         assert group["probes/tip"][:kept].tolist() == group["u"][:, -1, 1].tolist()
 
 

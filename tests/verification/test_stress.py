@@ -206,9 +206,9 @@ STOP
 
 
 def test_profile_of_the_continuum(run):
-    """Example 1 at its first largest deflection, X1 = L/2. The independent continuum bends 3 % more there than
-    the beam (docs/theory.md, the thickness profile). Fibre strain and stress agree to that; S33, zero on the
-    continuum's faces, is small beside S11; S13 has the right integral, not the right shape."""
+    """Example 1 at its first largest deflection, X1 = L/2. The independent continuum bends 3 % more there
+    than the beam (docs/theory.md, the thickness profile). Fibre strain and stress agree to that; S33, zero on
+    the continuum's faces, is small beside S11; S13 has the right integral, not the right shape."""
     deck = PROFILE_DECK.replace("dt=2.5e-6", "dt=1e-5")
     results = run(deck.replace("PROBE tip", "OUTPUT fields=[u strain stress]\nPROBE tip"))
     row = int(np.argmax(results["transient/probes/tip"]))
