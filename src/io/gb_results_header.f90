@@ -8,6 +8,7 @@ module gb_results_header
     use gb_mesh, only: max_element_nodes
     use gb_model, only: model_t, units_t
     use gb_problem, only: problem_t
+    use gb_scene, only: scene_lines
     use gb_hdf5, only: hid_t, create_group, close_group, put_attribute, put_array, put_text, close_dataset
     implicit none
     private
@@ -36,6 +37,7 @@ contains
         if (allocated(error)) return
         call put_text(file, 'deck', problem%deck_text, dataset, error)
         if (.not. allocated(error)) call put_attribute(dataset, 'parameters', problem%parameters, error)
+        if (.not. allocated(error)) call put_attribute(dataset, 'scene', scene_lines(problem%model), error)
         if (.not. allocated(error)) call put_attribute(dataset, 'unit', '', error)
         if (.not. allocated(error)) call put_attribute(dataset, 'description', 'the deck as read', error)
         if (.not. allocated(error)) call close_dataset(dataset)

@@ -77,6 +77,25 @@ def test_deck_is_kept_as_read(gentbeam):
         assert {name: float(value) for name, value in parameters.items()} == {"jm": 1e20, "q": 1.5}
 
 
+def test_scene_has_numbers_for_expressions(gentbeam):
+    model = """SLIDE x=10
+PRESCRIBE x=5 u3=2*q history=slow
+POINT x=2.5 f1=-1 m3=q^2 history=slow stage=static
+GRAVITY g3=-9.81
+"""
+    text = small_deck(model="OUTPUT fields=none").replace("CLAMP", "HISTORY slow ramp rise=1\nCLAMP")
+    gentbeam("--set", "q=1.5", deck=text.replace("OUTPUT", model + "OUTPUT"))
+    with gentbeam.results() as file:
+        assert text_attribute(file["deck"], "scene").splitlines() == [
+            "support x=0 u1 u3 y1 y3 xi",
+            "support x=10 u1 y1 y3",
+            "prescribed x=5 u3=3 history=slow",
+            "point x=2.5 f1=-1 m3=2.25 history=slow stage=static",
+            "distributed from=0 to=10 q3=1.5 history=step stage=all",
+            "gravity g3=-9.81 history=step stage=all",
+        ]
+
+
 def test_units(everything):
     units = everything["units"]
     assert {name: text_attribute(units, name) for name in units.attrs} == {
