@@ -109,12 +109,12 @@ setup_toolchain() {
     choose_compiler
 }
 
-# What only the tests need: a browser for the pages, a renderer without a display for VTK.
+# What only the tests need: a browser for pages, a renderer without a display for VTK, a critic of man pages.
 setup_test_tools() {
     stage 'tools of the tests: VTK, a browser'
     local missing=() package
     if have dpkg-query; then
-        for package in libegl1 libegl-mesa0 libgl1-mesa-dri; do
+        for package in libegl1 libegl-mesa0 libgl1-mesa-dri mandoc; do
             package_installed "$package" || missing+=("$package")
         done
     fi

@@ -47,10 +47,17 @@ module gb_posix
         end subroutine c_set_default
     end interface
 
-    public :: standard_error_is_terminal, try_to_write, claim_file, write_output, ignore_write_signals
-    public :: set_environment_default
+    public :: is_terminal, standard_error_is_terminal, try_to_write, claim_file, write_output
+    public :: ignore_write_signals, set_environment_default
 
 contains
+
+    !> Whether an open file (0 input, 1 output, 2 error) is a terminal.
+    logical function is_terminal(descriptor)
+        integer, intent(in) :: descriptor
+
+        is_terminal = c_isatty(int(descriptor, c_int)) /= 0
+    end function is_terminal
 
     logical function standard_error_is_terminal()
         standard_error_is_terminal = c_isatty(2_c_int) /= 0

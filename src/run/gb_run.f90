@@ -5,7 +5,9 @@ module gb_run
     use gb_error, only: error_t, raise, status_ok, status_input, status_file
     use gb_text, only: to_text
     use gb_version, only: program_version, git_revision
+    use gb_colour, only: has_colours, colour_report, standard_error
     use gb_log, only: log_t
+    use gb_sketch, only: draw_model
     use gb_posix, only: ignore_write_signals
     use gb_threads, only: use_one_blas_thread
     use gb_problem, only: problem_t, task_static, task_modal
@@ -20,7 +22,9 @@ module gb_run
     use gb_deck, only: read_deck, read_source, source_t, diagnostics_t
     use gb_keywords, only: print_keywords
     use gb_summary, only: print_summary
-    use gb_command_line, only: options_t, read_command_line, help_text
+    use gb_options, only: help_text
+    use gb_manual, only: print_manual, print_completion
+    use gb_command_line, only: options_t, read_command_line
     use gb_monitor, only: monitor_t
     implicit none
     private
@@ -34,6 +38,7 @@ contains
         integer, intent(out) :: status
         type(options_t) :: options
         type(error_t), allocatable :: error
+        character(:), allocatable :: message
 
         call ignore_write_signals()
         status = status_ok
@@ -45,6 +50,12 @@ contains
             else if (options%show_version) then
                 write (output_unit, '(a)') 'gentbeam ' // program_version // ' (' // git_revision // ')'
                 return
+            else if (options%show_manual) then
+                call print_manual(output_unit)
+                return
+            else if (options%show_completion) then
+                call print_completion(output_unit)
+                return
             else if (options%show_keywords) then
                 call print_keywords(output_unit, options%as_markdown)
                 return
@@ -52,7 +63,9 @@ contains
             call run_deck(options, status, error)
         end if
         if (allocated(error)) then
-            write (error_unit, '(a)') 'gentbeam: error: ' // error%message
+            message = 'gentbeam: error: ' // error%message
+            if (has_colours(standard_error)) message = colour_report(message)
+            write (error_unit, '(a)') message
             status = error%status
         end if
     end subroutine run_program
@@ -63,6 +76,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(source_t) :: source
         type(diagnostics_t) :: diagnostics
+        character(:), allocatable :: report
         type(problem_t) :: problem
         type(log_t) :: log
 
@@ -71,14 +85,19 @@ contains
         if (allocated(error)) return
         call read_deck(source, options%overrides, problem, diagnostics)
         if (diagnostics%count() > 0) then
-            write (error_unit, '(a)', advance='no') diagnostics%render(source%name, source%text)
+            report = diagnostics%render(source%name, source%text)
+            if (has_colours(standard_error)) report = colour_report(report)
+            write (error_unit, '(a)', advance='no') report
             status = status_input
             return
         end if
         if (len(options%output) > 0) problem%output%file = options%output
         log%level = options%log_level
         call print_summary(problem, log)
-        if (options%check_only) return
+        if (options%check_only) then
+            call draw_model(problem%model, log)
+            return
+        end if
         call solve_problem(problem, options, error)
     end subroutine run_deck
 
