@@ -1,4 +1,4 @@
-!> Colours for terminals: never in files and pipes, never where the variable NO_COLOR is set (to anything) or
+!> Colours for terminals: never in files and pipes, never where the variable NO_COLOR has a value or
 !> the terminal is a dumb one.
 module gb_colour
     use gb_posix, only: is_terminal
@@ -22,9 +22,11 @@ contains
         integer :: length, status
 
         call get_environment_variable('NO_COLOR', value, length, status)
-        has_colours = (status == 1 .or. length == 0) .and. is_terminal(stream)
+        has_colours = status == 1 .or. length == 0
+        if (.not. has_colours) return
         call get_environment_variable('TERM', value, length, status)
-        if (status == 1 .or. value == 'dumb') has_colours = .false.
+        has_colours = status /= 1 .and. value /= 'dumb'
+        if (has_colours) has_colours = is_terminal(stream)
     end function has_colours
 
     !> A report of diagnostics with its places, kinds and carets in colour. Lines of the user's own text are

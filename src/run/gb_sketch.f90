@@ -116,7 +116,7 @@ contains
     end subroutine draw_loads
 
     !> Ends of elements `+`, nodes inside them `o`, between them `=`, or `-` where the beam is thinner than
-    !> half of its thickest part. Where nodes are closer than columns, `#` stands for several.
+    !> three quarters of its thickest part. Where nodes are closer than columns, `#` stands for several.
     subroutine draw_beam(model, log, is_thin, is_crowded)
         type(model_t), intent(in) :: model
         type(log_t), intent(inout) :: log

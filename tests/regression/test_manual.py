@@ -60,7 +60,8 @@ def complete(gentbeam):
 
     def run(*words):
         line = " ".join(f"'{word}'" for word in ("gentbeam", *words))
-        ask = f"source {script}; COMP_WORDS=({line}); COMP_CWORD={len(words)}; _gentbeam; echo ${{COMPREPLY[@]}}"
+        ask = f"source {script}; COMP_WORDS=({line}); COMP_CWORD={len(words)}; _gentbeam"
+        ask += "; echo ${COMPREPLY[@]}"
         done = subprocess.run(["bash", "-c", ask], cwd=INPUT, text=True, capture_output=True, check=True)
         return done.stdout.split()
 
