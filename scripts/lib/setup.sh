@@ -109,12 +109,13 @@ setup_toolchain() {
     choose_compiler
 }
 
-# What only the tests need: a browser for pages, a renderer without a display for VTK, a critic of man pages.
+# What only the tests need: a browser for pages, a renderer without a display for VTK, a critic of man pages,
+# the tools of Debian packages.
 setup_test_tools() {
     stage 'tools of the tests: VTK, a browser'
     local missing=() package
     if have dpkg-query; then
-        for package in libegl1 libegl-mesa0 libgl1-mesa-dri mandoc; do
+        for package in libegl1 libegl-mesa0 libgl1-mesa-dri mandoc dpkg-dev; do
             package_installed "$package" || missing+=("$package")
         done
     fi

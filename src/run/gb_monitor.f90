@@ -3,25 +3,16 @@ module gb_monitor
     use gb_kinds, only: wp, pi
     use gb_error, only: error_t
     use gb_text, only: to_text
-    use gb_fields, only: dof_index
-    use gb_mesh, only: mesh_t, max_element_nodes
     use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, &
-        quantity_displacement, quantity_velocity
+        quantity_displacement
     use gb_gauge, only: gauge_t
     use gb_state, only: state_t
     use gb_recorder, only: recorder_t, step_record_t
-    use gb_shape, only: lagrange
+    use gb_sensor, only: sensor_t, place_sensor
     use gb_log, only: log_t
     use gb_results, only: results_t
     implicit none
     private
-
-    !> Where a probe stands: the unknowns it depends on and their weights.
-    type :: sensor_t
-        integer :: nodes = 0
-        integer :: unknown(max_element_nodes) = 0
-        real(wp) :: weight(max_element_nodes) = 0.0_wp
-    end type sensor_t
 
     !> Largest and smallest values of a probe during a command, and when.
     type :: extremes_t
@@ -74,39 +65,6 @@ contains
         self%sensors = [(place_sensor(problem%model%mesh, self%probes(i)), i=1, size(self%probes))]
         call self%results%open(problem, gauge, error)
     end subroutine open_monitor
-
-    !> Interpolate a probe in the element that holds it.
-    pure function place_sensor(mesh, probe) result(sensor)
-        type(mesh_t), intent(in) :: mesh
-        type(probe_t), intent(in) :: probe
-        type(sensor_t) :: sensor
-        real(wp) :: slopes(max_element_nodes), s
-        integer :: e, i
-
-        e = mesh%element_at(probe%x)
-        sensor%nodes = mesh%nodes(e)
-        s = 2.0_wp*(probe%x - mesh%x(mesh%first_node(e)))/mesh%element_length(e) - 1.0_wp
-        call lagrange(min(1.0_wp, max(-1.0_wp, s)), sensor%weight(:sensor%nodes), slopes(:sensor%nodes))
-        sensor%unknown(:sensor%nodes) = [(dof_index(probe%field, mesh%first_node(e) + i - 1), i=1, &
-            sensor%nodes)]
-    end function place_sensor
-
-    pure real(wp) function reading(sensor, probe, state)
-        type(sensor_t), intent(in) :: sensor
-        type(probe_t), intent(in) :: probe
-        type(state_t), intent(in) :: state
-
-        associate (unknown => sensor%unknown(:sensor%nodes), weight => sensor%weight(:sensor%nodes))
-            select case (probe%quantity)
-            case (quantity_displacement)
-                reading = dot_product(weight, state%u(unknown))
-            case (quantity_velocity)
-                reading = dot_product(weight, state%v(unknown))
-            case default
-                reading = dot_product(weight, state%a(unknown))
-            end select
-        end associate
-    end function reading
 
     subroutine begin_task(self, task, error)
         class(monitor_t), intent(inout) :: self
@@ -181,7 +139,7 @@ contains
         real(wp) :: values(size(self%probes))
         integer :: i
 
-        values = [(reading(self%sensors(i), self%probes(i), state), i=1, size(self%probes))]
+        values = [(self%sensors(i)%reading(state), i=1, size(self%probes))]
         do i = 1, size(values)
             call widen(self%extremes(i), values(i), step%abscissa)
         end do

@@ -10,15 +10,13 @@ module gb_run
     use gb_sketch, only: draw_model
     use gb_posix, only: ignore_write_signals
     use gb_threads, only: use_one_blas_thread
-    use gb_problem, only: problem_t, task_static, task_modal
+    use gb_problem, only: problem_t
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
     use gb_external, only: external_t, build_external
     use gb_recovery, only: build_recovery
-    use gb_initial, only: initial_state, initial_velocities
-    use gb_static, only: run_static
-    use gb_modal, only: run_modal
-    use gb_transient, only: run_transient
+    use gb_initial, only: initial_state
+    use gb_tasks, only: run_task
     use gb_deck, only: read_deck, read_source, source_t, diagnostics_t
     use gb_keywords, only: print_keywords
     use gb_summary, only: print_summary
@@ -157,39 +155,5 @@ contains
                 'the log could not be written to standard output (the results file is complete)')
         end if
     end subroutine solve_problem
-
-    subroutine run_task(problem, number, system, external, has_velocities, state, monitor, error)
-        type(problem_t), intent(in) :: problem
-        integer, intent(in) :: number
-        type(system_t), intent(in) :: system
-        type(external_t), intent(in) :: external
-        logical, intent(inout) :: has_velocities  !! whether the state's velocities are those to go on with
-        type(state_t), intent(inout) :: state
-        type(monitor_t), intent(inout) :: monitor
-        type(error_t), allocatable, intent(out) :: error
-        type(error_t), allocatable :: file_error
-
-        associate (task => problem%tasks(number))
-            call monitor%begin_task(task, error)
-            if (allocated(error)) return
-            select case (task%kind)
-            case (task_static)
-                has_velocities = .false.
-                call run_static(system, external, problem%model%mesh, task, state, monitor, error)
-            case (task_modal)
-                call run_modal(system, problem%model, task, state, monitor, error)
-            case default
-                if (.not. has_velocities) call initial_velocities(problem%model, system, state%v, error)
-                has_velocities = .true.
-                if (.not. allocated(error)) call run_transient(system, external, problem%model%mesh, task, &
-                    state, monitor, error)
-            end select
-        end associate
-        if (allocated(error)) then
-            if (error%status == status_file) return
-        end if
-        call monitor%end_task(error, file_error)
-        if (allocated(file_error)) call move_alloc(file_error, error)
-    end subroutine run_task
 
 end module gb_run
