@@ -10,7 +10,7 @@ oldest_gfortran=12
 
 # What has to be on the machine: a probe, and the Debian package that supplies it.
 tools=(gfortran:gfortran gcc:gcc cmake:cmake ninja:ninja-build pkg-config:pkg-config git:git)
-libraries=(libc6-dev liblapack-dev libopenblas-dev libhdf5-dev ca-certificates)
+libraries=(libc6-dev liblapack-dev libblas-dev libhdf5-dev ca-certificates)
 
 current_stage='start'
 

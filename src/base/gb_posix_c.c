@@ -1,19 +1,9 @@
-/* What Fortran's own input and output cannot do: say why the system refuses to write, hold a file, ignore signals. */
+/* What Fortran's own input and output cannot do: say why the system refuses to write, ignore signals. */
 #define _DEFAULT_SOURCE
 #include <errno.h>
-#include <fcntl.h>
 #include <signal.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/file.h>
+#include <stddef.h>
 #include <unistd.h>
-
-static int refused(char *reason, size_t size, const char *words)
-{
-    strncpy(reason, words, size - 1);
-    reason[size - 1] = '\0';
-    return 1;
-}
 
 /* All bytes, or -1 with errno set. */
 static int write_all(int file, const char *bytes, size_t count)
@@ -30,52 +20,6 @@ static int write_all(int file, const char *bytes, size_t count)
     return 0;
 }
 
-/* Write `bytes` bytes to a new file beside the results and remove it again. 0: went well; 1: `reason` says why not. */
-int gb_try_to_write(const char *path, size_t bytes, char *reason, size_t size)
-{
-    static const char block[4096];
-    int failed = 0;
-    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
-
-    if (file < 0)
-        return refused(reason, size, strerror(errno));
-    while (bytes > 0 && !failed) {
-        size_t part = bytes < sizeof block ? bytes : sizeof block;
-        if (write_all(file, block, part) != 0)
-            failed = refused(reason, size, strerror(errno));
-        bytes -= part;
-    }
-    if (!failed && fsync(file) != 0)
-        failed = refused(reason, size, strerror(errno));
-    if (close(file) != 0 && !failed)
-        failed = refused(reason, size, strerror(errno));
-    unlink(path);
-    return failed;
-}
-
-/* Make sure that `path` can be written and that nobody else has it open, and keep it for this process. Others may
-   read it from then on (HDF5 asks with flock), but no second run may claim it (fcntl; held until the program ends or
-   closes the file). 0: went well; 1: `reason` says why not. */
-int gb_claim_file(const char *path, char *reason, size_t size)
-{
-    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
-    int file = open(path, O_RDWR | O_CREAT, 0666);
-
-    if (file < 0)
-        return refused(reason, size, strerror(errno));
-    if (fcntl(file, F_SETLK, &whole) != 0 && (errno == EACCES || errno == EAGAIN)) {
-        close(file);
-        return refused(reason, size, "another program is using it");
-    }
-    if (flock(file, LOCK_EX | LOCK_NB) == 0) {
-        flock(file, LOCK_UN);
-    } else if (errno == EWOULDBLOCK) {
-        close(file);
-        return refused(reason, size, "another program is using it");
-    }
-    return 0;
-}
-
 /* Write to standard output. 0: went well. */
 int gb_write_output(const char *text, size_t length)
 {
@@ -87,10 +31,4 @@ void gb_ignore_write_signals(void)
 {
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
-}
-
-/* Give an environment variable a value for this process, unless the user has set it. */
-void gb_set_default(const char *name, const char *value)
-{
-    setenv(name, value, 0);
 }

@@ -54,9 +54,9 @@ contains
         real(wp), intent(in) :: number
         integer, intent(in), optional :: digits
         character(:), allocatable :: text
-        character(48) :: buffer, layout
-        character(:), allocatable :: mantissa
-        integer :: nd, exponent, mark, decimals
+        character(48) :: buffer
+        character(:), allocatable :: sign, figures
+        integer :: nd, exponent, mark
 
         nd = 6
         if (present(digits)) nd = max(1, min(17, digits))
@@ -65,25 +65,45 @@ contains
             text = trim(adjustl(buffer))
             return
         end if
-        write (layout, '("(es32.",i0,"e3)")') nd - 1
-        write (buffer, layout) number
+        write (buffer, scientific_layout(nd)) number
         buffer = adjustl(buffer)
         mark = index(buffer, 'E')
-        read (buffer(mark + 1:), *) exponent
-        if (exponent >= -3 .and. exponent < max(nd, 6)) then
-            decimals = max(0, nd - 1 - exponent)
-            write (layout, '("(f40.",i0,")")') decimals
-            write (buffer, layout) number
-            text = without_zeros(trim(adjustl(buffer)))
-            if (text(1:1) == '.') text = '0' // text
-            if (len(text) > 1) then
-                if (text(1:2) == '-.') text = '-0' // text(2:)
-            end if
+        exponent = small_integer(buffer(mark + 2:mark + 4))
+        if (buffer(mark + 1:mark + 1) == '-') exponent = -exponent
+        sign = ''
+        if (buffer(1:1) == '-') sign = '-'
+        figures = buffer(len(sign) + 1:len(sign) + 1) // buffer(len(sign) + 3:mark - 1)
+        if (exponent < -3 .or. exponent >= max(nd, 6)) then
+            text = without_zeros(buffer(:mark - 1)) // 'e' // integer_to_text(exponent)
+        else if (exponent < 0) then
+            text = sign // without_zeros('0.' // repeat('0', -exponent - 1) // figures)
+        else if (exponent < nd) then
+            text = sign // without_zeros(figures(:exponent + 1) // '.' // figures(exponent + 2:))
         else
-            mantissa = without_zeros(buffer(:mark - 1))
-            text = mantissa // 'e' // integer_to_text(exponent)
+            write (buffer, '(f40.0)') number
+            text = without_zeros(trim(adjustl(buffer)))
         end if
     end function real_to_text
+
+    !> The format of a real with so many significant digits.
+    pure function scientific_layout(digits) result(layout)
+        integer, intent(in) :: digits           !! 1 to 17
+        character(11) :: layout
+
+        layout = '(es32.' // achar(iachar('0') + (digits - 1)/10) // achar(iachar('0') &
+            + modulo(digits - 1, 10)) // 'e3)'
+    end function scientific_layout
+
+    !> A number of digits only.
+    pure integer function small_integer(digits) result(number)
+        character(*), intent(in) :: digits
+        integer :: i
+
+        number = 0
+        do i = 1, len(digits)
+            number = 10*number + iachar(digits(i:i)) - iachar('0')
+        end do
+    end function small_integer
 
     !> The shortest plain text that reads back as the same number.
     pure function exact_text(number) result(text)

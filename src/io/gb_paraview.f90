@@ -9,11 +9,7 @@ module gb_paraview
     use gb_gauge, only: gauge_t
     use gb_model, only: units_t
     use gb_strip, only: strip_t, strip_heights, strip_levels
-    use gb_hdf5, only: hid_t, series_t, create_group, close_group, close_dataset, put_attribute, &
-        replace_attribute, stored_real32, stored_real64, stored_int64
-    use gb_hdf5_vtk, only: put_ascii_attribute, put_pair_attribute, put_wide_integers, put_bytes, &
-        link_object, &
-        create_constant, extend
+    use gb_archive, only: archive_t, root, stored_real32, stored_real64, stored_int64, stored_uint8
     implicit none
     private
 
@@ -32,54 +28,54 @@ module gb_paraview
         logical :: has_strains = .false.
         integer :: points = 0                       !! of the strip
         integer :: rows = 0
-        integer(hid_t) :: steps = -1                !! group Steps, which knows the number of rows
+        integer :: steps = 0                        !! group Steps, which knows the number of rows
         real(wp), allocatable :: x(:)               !! reference X1 of the columns [L]
         type(strip_t) :: strip
         real(wp) :: clock = 0.0_wp                  !! of the last row
         real(wp) :: last_abscissa = 0.0_wp          !! of the running command
         logical :: at_start = .true.                !! the next row is the first of a command
-        integer(hid_t) :: zeros = -1, ones = -1     !! series of the same number in every row
-        type(series_t) :: values, offsets, places, displacement, director, xi, scalars(5)
+        !> Nodes of the series.
+        integer :: values = 0, offsets = 0, zeros = 0, ones = 0, places = 0, displacement = 0, director = 0, &
+            xi = 0, scalars(size(scalar_names)) = 0
     contains
         procedure :: open => open_paraview
         procedure :: begin_task
         procedure :: append
-        procedure :: flush
-        procedure :: close => close_paraview
+        procedure :: count_rows
     end type paraview_t
 
 contains
 
     !> Create /VTKHDF with all that does not move. `has_strains` asks for director, xi and strains at the
     !> points too.
-    subroutine open_paraview(self, file, x, gauge, units, has_strains, error)
+    subroutine open_paraview(self, archive, x, gauge, units, has_strains, error)
         class(paraview_t), intent(inout) :: self
-        integer(hid_t), intent(in) :: file
+        type(archive_t), intent(inout) :: archive
         real(wp), intent(in) :: x(:)                !! reference X1 of the nodes [L]
         class(gauge_t), intent(in) :: gauge
         type(units_t), intent(in) :: units
         logical, intent(in) :: has_strains
         type(error_t), allocatable, intent(out) :: error
-        integer(hid_t) :: group
+        integer :: group
 
         self%strip = gauge%strip
         self%x = x(self%strip%node(:self%strip%columns))
         self%points = strip_heights*self%strip%columns
         self%has_strains = has_strains
-        call create_group(file, 'VTKHDF', group, error)
-        if (.not. allocated(error)) call put_pair_attribute(group, 'Version', format_version, error)
-        if (.not. allocated(error)) call put_ascii_attribute(group, 'Type', 'UnstructuredGrid', error)
-        if (.not. allocated(error)) call write_topology(self, group, error)
-        if (.not. allocated(error)) call create_steps(self, group, units, error)
-        if (.not. allocated(error)) call create_fields(self, group, units, error)
-        if (.not. allocated(error)) call close_group(group)
+        call archive%add_group(root, 'VTKHDF', group)
+        call archive%set(group, 'Version', format_version)
+        call archive%set_ascii(group, 'Type', 'UnstructuredGrid')
+        call write_topology(self, archive, group, error)
+        call add_steps(self, archive, group, units)
+        call add_fields(self, archive, group, units)
         self%is_open = .not. allocated(error)
     end subroutine open_paraview
 
     !> The quads, by the points of their corners; those of a column are numbered from bottom to top.
-    subroutine write_topology(self, group, error)
+    subroutine write_topology(self, archive, group, error)
         class(paraview_t), intent(in) :: self
-        integer(hid_t), intent(in) :: group
+        type(archive_t), intent(inout) :: archive
+        integer, intent(in) :: group
         type(error_t), allocatable, intent(out) :: error
         integer, allocatable :: corners(:)
         integer :: c, k, n, first, i
@@ -95,92 +91,82 @@ contains
                 n = n + 4
             end do
         end do
-        call put_wide_integers(group, 'NumberOfPoints', [self%points], '', 'points of the strip', error)
-        if (.not. allocated(error)) call put_wide_integers(group, 'NumberOfCells', [n/4], '', &
+        call archive%put(group, 'NumberOfPoints', [self%points], stored_int64, '', 'points of the strip', &
+            error)
+        if (.not. allocated(error)) call archive%put(group, 'NumberOfCells', [n/4], stored_int64, '', &
             'quads of the strip', error)
-        if (.not. allocated(error)) call put_wide_integers(group, 'NumberOfConnectivityIds', [n], '', &
+        if (.not. allocated(error)) call archive%put(group, 'NumberOfConnectivityIds', [n], stored_int64, &
+            '', &
             'corners of all quads', error)
-        if (.not. allocated(error)) call put_wide_integers(group, 'Connectivity', corners(:n), '', &
+        if (.not. allocated(error)) call archive%put(group, 'Connectivity', corners(:n), stored_int64, '', &
             'points of the quads, four each, counted from 0', error)
-        if (.not. allocated(error)) call put_wide_integers(group, 'Offsets', [(4*i, i=0, n/4)], '', &
+        if (.not. allocated(error)) call archive%put(group, 'Offsets', [(4*i, i=0, n/4)], stored_int64, '', &
             'first corner of every quad, and the end', error)
-        if (.not. allocated(error)) call put_bytes(group, 'Types', [(vtk_quad, i=1, n/4)], '', &
+        if (.not. allocated(error)) call archive%put(group, 'Types', [(vtk_quad, i=1, n/4)], stored_uint8, &
+            '', &
             'kind of every cell in VTK''s numbers', error)
     end subroutine write_topology
 
     !> Group Steps: the clock, and where the numbers of each row begin.
-    subroutine create_steps(self, group, units, error)
+    subroutine add_steps(self, archive, group, units)
         class(paraview_t), intent(inout) :: self
-        integer(hid_t), intent(in) :: group
+        type(archive_t), intent(inout) :: archive
+        integer, intent(in) :: group
         type(units_t), intent(in) :: units
-        type(error_t), allocatable, intent(out) :: error
 
-        call create_group(group, 'Steps', self%steps, error)
-        if (.not. allocated(error)) call put_attribute(self%steps, 'NSteps', 0, error)
-        if (.not. allocated(error)) call self%values%create_records(self%steps, 'Values', [integer ::], 1, &
-            stored_real64, units%time, 'time of every row; commands follow one another', error)
-        if (.not. allocated(error)) call self%offsets%create_records(self%steps, 'PointOffsets', &
-            [integer ::], 1, &
-            stored_int64, '', 'first point of every row', error)
-        if (.not. allocated(error)) call create_constant(self%steps, 'NumberOfParts', 1, '', &
-            'the strip is one part', self%ones, error)
-        if (.not. allocated(error)) call create_constant(self%steps, 'PartOffsets', 0, '', &
-            'the topology is the same in every row', self%zeros, error)
-        if (.not. allocated(error)) call link_object(self%steps, 'PartOffsets', 'CellOffsets', error)
-        if (.not. allocated(error)) call link_object(self%steps, 'PartOffsets', 'ConnectivityIdOffsets', &
-            error)
-    end subroutine create_steps
+        call archive%add_group(group, 'Steps', self%steps)
+        call archive%set(self%steps, 'NSteps', 0)
+        call archive%add_series(self%steps, 'Values', [integer ::], stored_real64, units%time, &
+            'time of every row; commands follow one another', self%values)
+        call archive%add_series(self%steps, 'PointOffsets', [integer ::], stored_int64, '', &
+            'first point of every row', self%offsets)
+        call archive%add_series(self%steps, 'NumberOfParts', [integer ::], stored_int64, '', &
+            'the strip is one part', self%ones)
+        call archive%add_series(self%steps, 'PartOffsets', [integer ::], stored_int64, '', &
+            'the topology is the same in every row', self%zeros)
+        call archive%add_link(self%steps, 'CellOffsets', self%zeros)
+        call archive%add_link(self%steps, 'ConnectivityIdOffsets', self%zeros)
+    end subroutine add_steps
 
-    subroutine create_fields(self, group, units, error)
+    subroutine add_fields(self, archive, group, units)
         class(paraview_t), intent(inout) :: self
-        integer(hid_t), intent(in) :: group
+        type(archive_t), intent(inout) :: archive
+        integer, intent(in) :: group
         type(units_t), intent(in) :: units
-        type(error_t), allocatable, intent(out) :: error
         character(:), allocatable :: unit
-        integer(hid_t) :: data, offsets
-        integer :: i
+        integer :: data, offsets, i
 
-        call self%places%create_records(group, 'Points', [3], self%points, stored_real32, units%length, &
-            'deformed places of the points', error)
-        if (.not. allocated(error)) call create_group(group, 'PointData', data, error)
-        if (.not. allocated(error)) call create_group(self%steps, 'PointDataOffsets', offsets, error)
-        if (.not. allocated(error)) call add(self%displacement, 'u', [3], units%length, 'displacement')
-        if (self%has_strains) then
-            if (.not. allocated(error)) call add(self%director, 'director', [3], '1', &
-                'director w, along which the section stands')
-            unit = ''
-            if (len(units%length) > 0) unit = '1/' // units%length
-            if (.not. allocated(error)) call add(self%xi, 'xi', [integer ::], unit, &
-                'quadratic part of the thickness stretch')
-            do i = 1, size(scalar_names)
-                unit = '1'
-                if (i == size(scalar_names)) unit = ''
-                if (i == size(scalar_names) .and. len(units%force) > 0 .and. len(units%length) > 0) then
-                    unit = units%force // '/' // units%length // '^2'
-                end if
-                if (.not. allocated(error)) call add(self%scalars(i), trim(scalar_names(i)), [integer ::], &
-                    unit, &
-                    trim(scalar_descriptions(i)))
-            end do
-        end if
-        if (.not. allocated(error)) call close_group(offsets)
-        if (.not. allocated(error)) call close_group(data)
+        call archive%add_series(group, 'Points', [3], stored_real32, units%length, &
+            'deformed places of the points', self%places, self%points)
+        call archive%add_group(group, 'PointData', data)
+        call archive%add_group(self%steps, 'PointDataOffsets', offsets)
+        call add('u', [3], units%length, 'displacement', self%displacement)
+        if (.not. self%has_strains) return
+        call add('director', [3], '1', 'director w, along which the section stands', self%director)
+        unit = ''
+        if (len(units%length) > 0) unit = '1/' // units%length
+        call add('xi', [integer ::], unit, 'quadratic part of the thickness stretch', self%xi)
+        do i = 1, size(scalar_names)
+            unit = '1'
+            if (i == size(scalar_names)) unit = ''
+            if (i == size(scalar_names) .and. len(units%force) > 0 .and. len(units%length) > 0) then
+                unit = units%force // '/' // units%length // '^2'
+            end if
+            call add(trim(scalar_names(i)), [integer ::], unit, trim(scalar_descriptions(i)), self%scalars(i))
+        end do
 
     contains
 
-        subroutine add(series, name, shape_of, unit, description)
-            type(series_t), intent(inout) :: series
+        subroutine add(name, shape_of, unit, description, node)
             character(*), intent(in) :: name, unit, description
             integer, intent(in) :: shape_of(:)
+            integer, intent(out) :: node
 
-            call series%create_records(data, name, shape_of, self%points, stored_real32, unit, &
-                description, error)
-            if (.not. allocated(error)) call link_object(self%steps, 'PointOffsets', &
-                'PointDataOffsets/' // name, &
-                error)
+            call archive%add_series(data, name, shape_of, stored_real32, unit, description, node, self%points)
+            call archive%add_link(offsets, name, self%offsets)
         end subroutine add
 
-    end subroutine create_fields
+    end subroutine add_fields
 
     !> The next row starts another command.
     pure subroutine begin_task(self)
@@ -191,8 +177,9 @@ contains
 
     !> A row: the state u at `abscissa`, time or load factor of the running command. The first state of a
     !> later command is the last one of the command before, which is there already.
-    subroutine append(self, gauge, abscissa, u, error)
+    subroutine append(self, archive, gauge, abscissa, u, error)
         class(paraview_t), intent(inout) :: self
+        type(archive_t), intent(inout) :: archive
         class(gauge_t), intent(in) :: gauge
         real(wp), intent(in) :: abscissa
         real(wp), intent(in) :: u(:)                !! (5 nn)
@@ -205,17 +192,21 @@ contains
         self%at_start = .false.
         self%last_abscissa = abscissa
         if (is_repeated) return
-        call self%values%append([self%clock], error)
-        if (.not. allocated(error)) call self%offsets%append([real(self%rows, wp)*real(self%points, wp)], &
+        call archive%append(self%values, [self%clock], error)
+        if (.not. allocated(error)) call archive%append(self%offsets, [real(self%rows, &
+            wp)*real(self%points, wp)], &
             error)
+        if (.not. allocated(error)) call archive%append(self%ones, [1.0_wp], error)
+        if (.not. allocated(error)) call archive%append(self%zeros, [0.0_wp], error)
         self%rows = self%rows + 1
-        if (.not. allocated(error)) call append_places(self, u, error)
-        if (self%has_strains .and. .not. allocated(error)) call append_strains(self, gauge, u, error)
+        if (.not. allocated(error)) call append_places(self, archive, u, error)
+        if (self%has_strains .and. .not. allocated(error)) call append_strains(self, archive, gauge, u, error)
     end subroutine append
 
     !> x = (X1 + u1, u3) + (X3 + xi X3^2) (y1, 1+y3), and x less the point's place at rest.
-    subroutine append_places(self, u, error)
-        class(paraview_t), intent(inout) :: self
+    subroutine append_places(self, archive, u, error)
+        class(paraview_t), intent(in) :: self
+        type(archive_t), intent(inout) :: archive
         real(wp), intent(in) :: u(:)
         type(error_t), allocatable, intent(out) :: error
         real(wp) :: place(3, strip_heights, self%strip%columns), moved(3, strip_heights, self%strip%columns)
@@ -232,12 +223,14 @@ contains
                 end do
             end associate
         end do
-        call self%places%append(reshape(place, [size(place)]), error)
-        if (.not. allocated(error)) call self%displacement%append(reshape(moved, [size(moved)]), error)
+        call archive%append(self%places, reshape(place, [size(place)]), error)
+        if (.not. allocated(error)) call archive%append(self%displacement, reshape(moved, [size(moved)]), &
+            error)
     end subroutine append_places
 
-    subroutine append_strains(self, gauge, u, error)
-        class(paraview_t), intent(inout) :: self
+    subroutine append_strains(self, archive, gauge, u, error)
+        class(paraview_t), intent(in) :: self
+        type(archive_t), intent(inout) :: archive
         class(gauge_t), intent(in) :: gauge
         real(wp), intent(in) :: u(:)
         type(error_t), allocatable, intent(out) :: error
@@ -251,70 +244,20 @@ contains
                 xi(:, c) = q(5)
             end associate
         end do
-        call self%director%append(reshape(w, [size(w)]), error)
-        if (.not. allocated(error)) call self%xi%append(reshape(xi, [size(xi)]), error)
+        call archive%append(self%director, reshape(w, [size(w)]), error)
+        if (.not. allocated(error)) call archive%append(self%xi, reshape(xi, [size(xi)]), error)
         call gauge%read_columns(u, values(:, 1), values(:, 2), values(:, 3), values(:, 4), values(:, 5))
         do i = 1, size(scalar_names)
-            if (.not. allocated(error)) call self%scalars(i)%append(values(:, i), error)
+            if (.not. allocated(error)) call archive%append(self%scalars(i), values(:, i), error)
         end do
     end subroutine append_strains
 
-    !> Hand all rows to the file; the number of rows last, so that no row is counted that is not there.
-    subroutine flush(self, error)
-        class(paraview_t), intent(inout) :: self
-        type(error_t), allocatable, intent(out) :: error
+    !> Tell VTK how many rows there are, before they are made visible.
+    subroutine count_rows(self, archive)
+        class(paraview_t), intent(in) :: self
+        type(archive_t), intent(inout) :: archive
 
-        if (.not. self%is_open) return
-        call for_every_series(self, .false., error)
-        if (.not. allocated(error)) call extend(self%ones, self%rows, error)
-        if (.not. allocated(error)) call extend(self%zeros, self%rows, error)
-        if (.not. allocated(error)) call replace_attribute(self%steps, 'NSteps', self%rows, error)
-    end subroutine flush
-
-    subroutine close_paraview(self, error)
-        class(paraview_t), intent(inout) :: self
-        type(error_t), allocatable, intent(out) :: error
-
-        if (.not. self%is_open) return
-        call self%flush(error)
-        if (.not. allocated(error)) call for_every_series(self, .true., error)
-        if (.not. allocated(error)) then
-            call close_dataset(self%ones)
-            call close_dataset(self%zeros)
-            call close_group(self%steps)
-        end if
-        self%is_open = .false.
-    end subroutine close_paraview
-
-    subroutine for_every_series(self, closing, error)
-        class(paraview_t), intent(inout) :: self
-        logical, intent(in) :: closing
-        type(error_t), allocatable, intent(out) :: error
-        integer :: i
-
-        call one(self%places)
-        call one(self%displacement)
-        call one(self%director)
-        call one(self%xi)
-        do i = 1, size(self%scalars)
-            call one(self%scalars(i))
-        end do
-        call one(self%values)
-        call one(self%offsets)
-
-    contains
-
-        subroutine one(series)
-            type(series_t), intent(inout) :: series
-
-            if (allocated(error) .or. series%dataset < 0) return
-            if (closing) then
-                call series%close(error)
-            else
-                call series%flush(error)
-            end if
-        end subroutine one
-
-    end subroutine for_every_series
+        if (self%is_open) call archive%set(self%steps, 'NSteps', self%rows)
+    end subroutine count_rows
 
 end module gb_paraview

@@ -1,8 +1,7 @@
 !> The results file (docs/results.md): what is written where, with its unit and description.
 module gb_results
     use gb_kinds, only: wp, i8
-    use gb_error, only: error_t, raise, status_file
-    use gb_posix, only: claim_file, try_to_write
+    use gb_error, only: error_t
     use gb_text, only: to_text
     use gb_results_header, only: write_header, write_units, write_mesh
     use gb_results_recovery, only: recovery_series_t, write_stations
@@ -14,8 +13,7 @@ module gb_results
         quantity_displacement, quantity_velocity
     use gb_state, only: state_t
     use gb_recorder, only: step_record_t
-    use gb_hdf5, only: hid_t, series_t, create_file, flush_file, close_file, create_group, close_group, &
-        put_attribute, put_array, replace_attribute
+    use gb_archive, only: archive_t, root, stored_real64, stored_int32
     implicit none
     private
 
@@ -35,34 +33,42 @@ module gb_results
     character(40), &
         parameter :: set_descriptions(3) = [character(40) :: 'fields u1 u3 y1 y3 xi at every node', &
         'their velocities', 'their accelerations']
-    !> Wall seconds between two moments at which everything gathered so far is handed to the file.
-    real(wp), parameter :: flush_seconds = 2.0_wp
+    !> Wall seconds between two moments at which all that is there is made visible: within a command, and
+    !> between commands. Where that takes long, it is done less often, to take this part of the time at
+    !> most.
+    real(wp), parameter :: step_seconds = 2.0_wp, command_seconds = 0.1_wp
+    real(wp), parameter :: largest_part = 0.05_wp
+    !> A model of so many nodes is visible from the start. A smaller one comes to its first step, or to its
+    !> end, before anybody could look; half of what its file costs is saved.
+    integer, parameter :: visible_nodes = 1000
 
     type, public :: results_t
         private
         character(:), allocatable, public :: path
-        integer(hid_t) :: file = -1
-        logical :: is_open = .false.
+        type(archive_t) :: archive
         type(units_t) :: units
         integer :: commands = 0                     !! solution commands begun
-        integer :: commands_shown = 0               !! those with a course in time or load
         integer :: every = 1
         integer :: nodes = 0
         integer :: grid_steps = 0                   !! whole steps of the running command
-        integer(hid_t) :: group = -1                !! of the running command
+        integer :: group = 0                        !! of the running command
         logical :: has_fields(3) = .false.          !! u, v, a
         real(wp) :: start_energy = 0.0_wp
         logical :: has_unwritten = .false.          !! the latest state was left out by OUTPUT every=
         real(wp) :: unwritten_abscissa = 0.0_wp
         type(state_t) :: unwritten                  !! it is written if it turns out to be the last
-        type(series_t) :: time, fields(3), all_time, energies(n_energies), solver(n_solver)
-        type(series_t), allocatable :: probes(:)
+        !> Nodes of the running command's series.
+        integer :: time = 0, fields(3) = 0, all_time = 0, energies(n_energies) = 0, solver(n_solver) = 0
+        integer, allocatable :: probes(:)
         class(gauge_t), allocatable :: gauge        !! reads strains and stresses off a state
         type(output_t) :: output
         type(recovery_series_t) :: recovered
         type(paraview_t) :: paraview
         real(wp), allocatable :: x(:)               !! reference X1 of the nodes [L]
-        integer(i8) :: last_flush = 0
+        integer :: commands_shown = 0               !! commands begun that have a course in time or load
+        real(wp) :: opened_at = 0.0_wp              !! by the wall clock [s]
+        real(wp) :: published_at = 0.0_wp           !! the last time
+        real(wp) :: publish_seconds = 0.0_wp        !! how long that took
     contains
         procedure :: open => open_results
         procedure :: begin_task
@@ -76,14 +82,14 @@ module gb_results
 
 contains
 
-    !> Create NAME.h5 and write all that does not change. A file that cannot be written is reported with the
+    !> Create NAME.h5 with all that does not change. A file that cannot be written is reported with the
     !> system's reason.
     subroutine open_results(self, problem, gauge, error)
         class(results_t), intent(inout) :: self
         type(problem_t), intent(in) :: problem
         class(gauge_t), intent(in) :: gauge
         type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable :: reason
+        integer :: mesh                             ! the group
 
         self%path = problem%output%file // '.h5'
         self%units = problem%model%units
@@ -94,40 +100,69 @@ contains
         allocate (self%gauge, source=gauge)
         self%has_fields = [problem%output%u, problem%output%v, problem%output%a]
         allocate (self%probes(size(problem%probes)))
-        reason = claim_file(self%path)
-        if (len(reason) > 0) then
-            call raise(error, status_file, 'cannot write the results file ' // self%path // ': ' // reason)
-            return
-        end if
-        call create_file(self%path, self%file, error)
-        if (allocated(error)) then
-            call self%fail(error)
-            return
-        end if
-        self%is_open = .true.
-        call write_header(self%file, problem, error)
-        if (.not. allocated(error)) call write_units(self%file, self%units, error)
-        if (.not. allocated(error)) call write_mesh(self%file, problem%model, error)
+        call self%archive%open(self%path, error)
+        if (allocated(error)) return
+        self%opened_at = wall_clock()
+        call write_header(self%archive, problem)
+        call write_units(self%archive, self%units)
+        call write_mesh(self%archive, problem%model, mesh, error)
         if (.not. allocated(error) .and. (self%output%strain .or. self%output%stress)) then
-            call write_stations(self%file, self%gauge, self%units, error)
+            call write_stations(self%archive, mesh, self%gauge, self%units, error)
         end if
-        if (.not. allocated(error)) call flush_file(self%file, error)
+        self%published_at = self%opened_at
+        if (self%nodes >= visible_nodes .and. .not. allocated(error)) call publish(self, error)
         if (allocated(error)) call self%fail(error)
-        call system_clock(self%last_flush)
     end subroutine open_results
 
-    !> Turn HDF5's failure into a sentence with the file's name and the system's reason: a write beside the
-    !> file meets the same trouble and is told why.
+    !> Seconds of some clock that goes on evenly.
+    real(wp) function wall_clock()
+        integer(i8) :: count, rate
+
+        call system_clock(count, rate)
+        wall_clock = real(count, wp)/real(rate, wp)
+    end function wall_clock
+
+    !> The file takes no more: leave what was visible, and say in it that the run has failed if that can be
+    !> done. Where nothing was, there shall be no file.
     subroutine fail(self, error)
         class(results_t), intent(inout) :: self
-        type(error_t), allocatable, intent(inout) :: error
-        integer, parameter :: telling_size = 1048576
-        character(:), allocatable :: reason
+        type(error_t), allocatable, intent(in) :: error
+        type(error_t), allocatable :: ignored
 
-        reason = try_to_write(self%path // '.probe', telling_size)
-        if (len(reason) == 0) reason = error%message
-        call raise(error, status_file, 'cannot write the results file ' // self%path // ': ' // reason)
+        if (self%archive%is_published()) then
+            call self%archive%retract()
+            call self%archive%set(root, 'status', 'failed')
+            call self%archive%set(root, 'message', error%message)
+            call self%archive%publish(.true., .false., ignored)
+        end if
+        call self%archive%close(ignored)
     end subroutine fail
+
+    !> Make all that is there visible.
+    subroutine publish(self, error)
+        class(results_t), intent(inout) :: self
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: start
+
+        start = wall_clock()
+        call self%paraview%count_rows(self%archive)
+        call self%archive%publish(.false., start - self%opened_at > step_seconds, error)
+        self%published_at = wall_clock()
+        self%publish_seconds = self%published_at - start
+    end subroutine publish
+
+    !> Do so if that was not done for so many seconds; the first time comes soon.
+    subroutine publish_in_time(self, seconds, error)
+        class(results_t), intent(inout) :: self
+        real(wp), intent(in) :: seconds
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: pause
+
+        pause = max(seconds, self%publish_seconds/largest_part)
+        if (.not. self%archive%is_published()) pause = command_seconds
+        if (wall_clock() - self%published_at < pause) return
+        call publish(self, error)
+    end subroutine publish_in_time
 
     !> Open a solution command's group and its series.
     subroutine begin_task(self, task, probes, error)
@@ -138,119 +173,103 @@ contains
 
         self%commands = self%commands + 1
         self%grid_steps = 0
-        call create_group(self%file, task%name, self%group, error)
-        if (.not. allocated(error)) call write_task_attributes(self%group, task, self%commands, error)
-        if (.not. allocated(error) .and. task%kind /= task_modal) call create_all_series(self, task, &
-            probes, error)
-        if (.not. allocated(error)) call flush_file(self%file, error)
+        call self%archive%add_group(root, task%name, self%group)
+        call write_task_attributes(self%archive, self%group, task, self%commands)
+        if (task%kind /= task_modal) call add_all_series(self, task, probes, error)
+        if (.not. allocated(error)) call publish_in_time(self, command_seconds, error)
         if (allocated(error)) call self%fail(error)
     end subroutine begin_task
 
-    subroutine write_task_attributes(group, task, order, error)
-        integer(hid_t), intent(in) :: group
+    subroutine write_task_attributes(archive, group, task, order)
+        type(archive_t), intent(inout) :: archive
+        integer, intent(in) :: group
         type(task_t), intent(in) :: task
         integer, intent(in) :: order
-        type(error_t), allocatable, intent(out) :: error
 
-        call put_attribute(group, 'order', order, error)
-        if (allocated(error)) return
+        call archive%set(group, 'order', order)
         select case (task%kind)
         case (task_static)
-            call put_attribute(group, 'kind', 'static', error)
-            if (.not. allocated(error)) call put_attribute(group, 'scheme', 'newton', error)
-            if (.not. allocated(error)) call put_attribute(group, 'steps', task%steps, error)
-            if (.not. allocated(error)) call put_attribute(group, 'load', task%load, error)
+            call archive%set(group, 'kind', 'static')
+            call archive%set(group, 'scheme', 'newton')
+            call archive%set(group, 'steps', task%steps)
+            call archive%set(group, 'load', task%load)
         case (task_modal)
-            call put_attribute(group, 'kind', 'modal', error)
-            if (.not. allocated(error)) call put_attribute(group, 'scheme', 'subspace iteration', error)
+            call archive%set(group, 'kind', 'modal')
+            call archive%set(group, 'scheme', 'subspace iteration')
         case (task_transient)
-            call put_attribute(group, 'kind', 'transient', error)
-            if (.not. allocated(error)) call put_attribute(group, 'scheme', task%scheme, error)
-            if (.not. allocated(error)) call put_attribute(group, 'dt', task%step, error)
-            if (.not. allocated(error) .and. task%accuracy > 0.0_wp) then
-                call put_attribute(group, 'accuracy', task%accuracy, error)
-            end if
-            if (.not. allocated(error)) call put_attribute(group, 'end', task%end_time, error)
-            if (.not. allocated(error)) call write_scheme_numbers(group, task, error)
+            call archive%set(group, 'kind', 'transient')
+            call archive%set(group, 'scheme', task%scheme)
+            call archive%set(group, 'dt', task%step)
+            if (task%accuracy > 0.0_wp) call archive%set(group, 'accuracy', task%accuracy)
+            call archive%set(group, 'end', task%end_time)
+            call write_scheme_numbers(archive, group, task)
         end select
-        if (.not. allocated(error) .and. task%kind /= task_modal) call put_attribute(group, 'tolerance', &
-            task%tolerance, error)
+        if (task%kind /= task_modal) call archive%set(group, 'tolerance', task%tolerance)
     end subroutine write_task_attributes
 
-    subroutine write_scheme_numbers(group, task, error)
-        integer(hid_t), intent(in) :: group
+    subroutine write_scheme_numbers(archive, group, task)
+        type(archive_t), intent(inout) :: archive
+        integer, intent(in) :: group
         type(task_t), intent(in) :: task
-        type(error_t), allocatable, intent(out) :: error
 
         select case (task%scheme)
         case ('newmark')
-            call put_attribute(group, 'beta', task%beta, error)
-            if (.not. allocated(error)) call put_attribute(group, 'gamma', task%gamma, error)
+            call archive%set(group, 'beta', task%beta)
+            call archive%set(group, 'gamma', task%gamma)
         case ('hht')
-            call put_attribute(group, 'alpha', task%alpha, error)
+            call archive%set(group, 'alpha', task%alpha)
         case ('generalized', 'bathe')
-            call put_attribute(group, 'rho', task%rho, error)
+            call archive%set(group, 'rho', task%rho)
         end select
     end subroutine write_scheme_numbers
 
-    subroutine create_all_series(self, task, probes, error)
+    subroutine add_all_series(self, task, probes, error)
         class(results_t), intent(inout) :: self
         type(task_t), intent(in) :: task
         type(probe_t), intent(in) :: probes(:)
         type(error_t), allocatable, intent(out) :: error
         character(:), allocatable :: time_unit, abscissa, energy_unit
-        integer(hid_t) :: group
-        integer :: i
+        integer :: group, i
 
         time_unit = merge_text(task%kind == task_static, '', self%units%time)
         abscissa = merge_text(task%kind == task_static, 'load factor', 'time since the command began')
         energy_unit = product_unit(self%units%force, self%units%length)
-        call self%time%create(self%group, 'time', [integer ::], .false., time_unit, abscissa &
-            // ' of every row', error)
-        if (allocated(error)) return
-        do i = 1, 3
-            if (.not. self%has_fields(i)) cycle
-            call self%fields(i)%create(self%group, set_names(i), [n_fields, self%nodes], .false., &
-                field_units(self%units, i), trim(set_descriptions(i)), error)
-            if (allocated(error)) return
-        end do
-        if (self%commands_shown == 0 .and. self%output%u) then
-            call self%paraview%open(self%file, self%x, self%gauge, self%units, self%output%strain, error)
-        end if
-        if (allocated(error)) return
-        self%commands_shown = self%commands_shown + 1
-        call self%paraview%begin_task()
-        call self%recovered%create(self%group, self%gauge, self%output, self%units, error)
-        if (allocated(error)) return
-        call create_group(self%group, 'probes', group, error)
-        if (allocated(error)) return
-        call self%all_time%create(group, 'time', [integer ::], .false., time_unit, abscissa &
-            // ' of every step', error)
-        if (allocated(error)) return
-        do i = 1, size(probes)
-            call self%probes(i)%create(group, probes(i)%name, [integer ::], .false., &
-                derived_unit(self%units, field_length_power(probes(i)%field), probes(i)%quantity), &
-                probe_description(probes(i)), error)
-            if (allocated(error)) return
-        end do
-        call close_group(group)
-        call create_group(self%group, 'energy', group, error)
-        if (allocated(error)) return
-        do i = 1, n_energies
-            call self%energies(i)%create(group, trim(energy_names(i)), [integer ::], .false., energy_unit, &
-                                         trim(energy_descriptions(i)), error)
-            if (allocated(error)) return
-        end do
-        call close_group(group)
-        call create_group(self%group, 'solver', group, error)
-        if (allocated(error)) return
-        do i = 1, n_solver
-            call self%solver(i)%create(group, trim(solver_names(i)), [integer ::], i <= 2, &
-                                       merge_text(i == 3, time_unit, ''), trim(solver_descriptions(i)), error)
-            if (allocated(error)) return
-        end do
-        call close_group(group)
-    end subroutine create_all_series
+        associate (archive => self%archive)
+            call archive%add_series(self%group, 'time', [integer ::], stored_real64, time_unit, &
+                abscissa // ' of every row', self%time)
+            do i = 1, 3
+                if (self%has_fields(i)) call archive%add_series(self%group, set_names(i), [n_fields, &
+                    self%nodes], stored_real64, field_units(self%units, i), trim(set_descriptions(i)), &
+                    self%fields(i))
+            end do
+            if (self%commands_shown == 0 .and. self%output%u) then
+                call self%paraview%open(archive, self%x, self%gauge, self%units, self%output%strain, error)
+                if (allocated(error)) return
+            end if
+            self%commands_shown = self%commands_shown + 1
+            call self%paraview%begin_task()
+            call self%recovered%create(archive, self%group, self%gauge, self%output, self%units)
+            call archive%add_group(self%group, 'probes', group)
+            call archive%add_series(group, 'time', [integer ::], stored_real64, time_unit, &
+                abscissa // ' of every step', self%all_time)
+            do i = 1, size(probes)
+                call archive%add_series(group, probes(i)%name, [integer ::], stored_real64, &
+                    derived_unit(self%units, field_length_power(probes(i)%field), probes(i)%quantity), &
+                    probe_description(probes(i)), self%probes(i))
+            end do
+            call archive%add_group(self%group, 'energy', group)
+            do i = 1, n_energies
+                call archive%add_series(group, trim(energy_names(i)), [integer ::], stored_real64, &
+                    energy_unit, trim(energy_descriptions(i)), self%energies(i))
+            end do
+            call archive%add_group(self%group, 'solver', group)
+            do i = 1, n_solver
+                call archive%add_series(group, trim(solver_names(i)), [integer ::], &
+                    merge(stored_int32, stored_real64, i <= 2), merge_text(i == 3, time_unit, ''), &
+                    trim(solver_descriptions(i)), self%solver(i))
+            end do
+        end associate
+    end subroutine add_all_series
 
     !> "u3 at x = 10", "velocity of u3 at x = 10".
     pure function probe_description(probe) result(text)
@@ -343,17 +362,17 @@ contains
             self%unwritten_abscissa = step%abscissa
             self%unwritten = state
         end if
-        if (.not. allocated(error)) call self%all_time%append([step%abscissa], error)
+        if (.not. allocated(error)) call self%archive%append(self%all_time, [step%abscissa], error)
         do i = 1, size(self%probes)
-            if (.not. allocated(error)) call self%probes(i)%append([probe_values(i)], error)
+            if (.not. allocated(error)) call self%archive%append(self%probes(i), [probe_values(i)], error)
         end do
         do i = 1, n_energies
-            if (.not. allocated(error)) call self%energies(i)%append([energies(i)], error)
+            if (.not. allocated(error)) call self%archive%append(self%energies(i), [energies(i)], error)
         end do
         do i = 1, n_solver
-            if (.not. allocated(error)) call self%solver(i)%append([solver(i)], error)
+            if (.not. allocated(error)) call self%archive%append(self%solver(i), [solver(i)], error)
         end do
-        if (.not. allocated(error)) call flush_in_time(self, error)
+        if (.not. allocated(error)) call publish_in_time(self, step_seconds, error)
         if (allocated(error)) call self%fail(error)
     end subroutine write_step
 
@@ -363,69 +382,19 @@ contains
         type(state_t), intent(in) :: state
         type(error_t), allocatable, intent(out) :: error
 
-        call self%time%append([abscissa], error)
-        if (self%has_fields(1) .and. .not. allocated(error)) call self%fields(1)%append(state%u, error)
-        if (self%has_fields(2) .and. .not. allocated(error)) call self%fields(2)%append(state%v, error)
-        if (self%has_fields(3) .and. .not. allocated(error)) call self%fields(3)%append(state%a, error)
-        if (.not. allocated(error)) call self%recovered%append(self%gauge, state%u, error)
-        if (.not. allocated(error)) call self%paraview%append(self%gauge, abscissa, state%u, error)
+        associate (archive => self%archive)
+            call archive%append(self%time, [abscissa], error)
+            if (self%has_fields(1) .and. .not. allocated(error)) call archive%append(self%fields(1), &
+                state%u, error)
+            if (self%has_fields(2) .and. .not. allocated(error)) call archive%append(self%fields(2), &
+                state%v, error)
+            if (self%has_fields(3) .and. .not. allocated(error)) call archive%append(self%fields(3), &
+                state%a, error)
+            if (.not. allocated(error)) call self%recovered%append(archive, self%gauge, state%u, error)
+            if (.not. allocated(error)) call self%paraview%append(archive, self%gauge, abscissa, state%u, &
+                error)
+        end associate
     end subroutine write_row
-
-    !> Now and then everything gathered goes to the file, so that a long run can be looked at while it goes
-    !> on.
-    subroutine flush_in_time(self, error)
-        class(results_t), intent(inout) :: self
-        type(error_t), allocatable, intent(out) :: error
-        integer(i8) :: count, rate
-
-        call system_clock(count, rate)
-        if (real(count - self%last_flush, wp) < flush_seconds*real(rate, wp)) return
-        self%last_flush = count
-        call for_every_series(self, .false., error)
-        if (.not. allocated(error)) call self%paraview%flush(error)
-        if (.not. allocated(error)) call flush_file(self%file, error)
-    end subroutine flush_in_time
-
-    !> Flush, or (closing) flush and close, every series of the running command.
-    subroutine for_every_series(self, closing, error)
-        class(results_t), intent(inout) :: self
-        logical, intent(in) :: closing
-        type(error_t), allocatable, intent(out) :: error
-        integer :: i
-
-        call one(self%time)
-        do i = 1, 3
-            call one(self%fields(i))
-        end do
-        do i = 1, size(self%recovered%series)
-            call one(self%recovered%series(i))
-        end do
-        call one(self%all_time)
-        do i = 1, size(self%probes)
-            call one(self%probes(i))
-        end do
-        do i = 1, n_energies
-            call one(self%energies(i))
-        end do
-        do i = 1, n_solver
-            call one(self%solver(i))
-        end do
-
-    contains
-
-        subroutine one(series)
-            type(series_t), intent(inout) :: series
-
-            ! A set of fields that is not asked for has no series.
-            if (allocated(error) .or. series%dataset < 0) return
-            if (closing) then
-                call series%close(error)
-            else
-                call series%flush(error)
-            end if
-        end subroutine one
-
-    end subroutine for_every_series
 
     !> Natural frequencies [cycles/T] and modes (5, nn, nm) of the running MODAL command.
     subroutine write_modes(self, frequency, modes, error)
@@ -439,10 +408,10 @@ contains
         unit = ''
         if (len(self%units%time) > 0) unit = '1/' // self%units%time
         shaped = reshape(modes, [n_fields, self%nodes, size(frequency)])
-        call put_array(self%group, 'frequency', frequency, unit, &
+        call self%archive%put(self%group, 'frequency', frequency, unit, &
                        'natural frequencies, cycles a unit of time; negative for a mode that grows', error)
-        if (.not. allocated(error)) call put_array(self%group, 'modes', shaped, field_units(self%units, 1), &
-            'fields u1 u3 y1 y3 xi of every mode, largest displacement 1', error)
+        if (.not. allocated(error)) call self%archive%put(self%group, 'modes', shaped, &
+            field_units(self%units, 1), 'fields u1 u3 y1 y3 xi of every mode, largest displacement 1', error)
         if (allocated(error)) call self%fail(error)
     end subroutine write_modes
 
@@ -454,17 +423,15 @@ contains
         faces_beyond = self%recovered%beyond
     end function faces_beyond
 
-    !> Close the running command's group.
+    !> Nothing is added to the running command's group any more.
     subroutine end_task(self, error)
         class(results_t), intent(inout) :: self
         type(error_t), allocatable, intent(out) :: error
 
         if (self%has_unwritten) call write_row(self, self%unwritten_abscissa, self%unwritten, error)
         self%has_unwritten = .false.
-        if (.not. allocated(error)) call for_every_series(self, .true., error)
-        if (.not. allocated(error)) call close_group(self%group)
-        if (.not. allocated(error)) call self%paraview%flush(error)
-        if (.not. allocated(error)) call flush_file(self%file, error)
+        if (.not. allocated(error)) call self%archive%finish(self%group, error)
+        if (.not. allocated(error)) call publish_in_time(self, command_seconds, error)
         if (allocated(error)) call self%fail(error)
     end subroutine end_task
 
@@ -476,17 +443,18 @@ contains
         real(wp), intent(in) :: wall_seconds, cpu_seconds
         type(error_t), allocatable, intent(out) :: error
 
-        if (.not. self%is_open) return
-        call self%paraview%close(error)
-        if (.not. allocated(error)) call replace_attribute(self%file, 'status', status, error)
-        if (.not. allocated(error)) call replace_attribute(self%file, 'message', message, error)
-        if (.not. allocated(error)) call replace_attribute(self%file, 'wall_seconds', wall_seconds, &
-            error)
-        if (.not. allocated(error)) call replace_attribute(self%file, 'cpu_seconds', cpu_seconds, &
-            error)
-        if (.not. allocated(error)) call close_file(self%file, error)
-        self%is_open = .false.
-        if (allocated(error)) call self%fail(error)
+        if (.not. self%archive%is_open()) return
+        call self%paraview%count_rows(self%archive)
+        call self%archive%set(root, 'status', status)
+        call self%archive%set(root, 'message', message)
+        call self%archive%set(root, 'wall_seconds', wall_seconds)
+        call self%archive%set(root, 'cpu_seconds', cpu_seconds)
+        call self%archive%publish(.true., wall_clock() - self%opened_at > step_seconds, error)
+        if (allocated(error)) then
+            call self%fail(error)
+        else
+            call self%archive%close(error)
+        end if
     end subroutine close_results
 
 end module gb_results

@@ -1,6 +1,5 @@
 !> What the results file says of the run itself: deck, version, units, mesh.
 module gb_results_header
-    use, intrinsic :: iso_c_binding, only: c_int8_t
     use, intrinsic :: iso_fortran_env, only: compiler_version
     use gb_kinds, only: wp
     use gb_error, only: error_t
@@ -9,7 +8,7 @@ module gb_results_header
     use gb_model, only: model_t, units_t
     use gb_problem, only: problem_t
     use gb_scene, only: scene_lines
-    use gb_hdf5, only: hid_t, create_group, close_group, put_attribute, put_array, put_text, close_dataset
+    use gb_archive, only: archive_t, root, stored_int32, stored_int8
     implicit none
     private
 
@@ -17,30 +16,25 @@ module gb_results_header
 
 contains
 
-    subroutine write_header(file, problem, error)
-        integer(hid_t), intent(in) :: file
+    subroutine write_header(archive, problem)
+        type(archive_t), intent(inout) :: archive
         type(problem_t), intent(in) :: problem
-        type(error_t), allocatable, intent(out) :: error
-        integer(hid_t) :: dataset
+        integer :: node
 
-        call put_attribute(file, 'format', 'gentbeam', error)
-        if (.not. allocated(error)) call put_attribute(file, 'format_version', 1, error)
-        if (.not. allocated(error)) call put_attribute(file, 'program_version', program_version, error)
-        if (.not. allocated(error)) call put_attribute(file, 'git_revision', git_revision, error)
-        if (.not. allocated(error)) call put_attribute(file, 'compiler', compiler_version(), error)
-        if (.not. allocated(error)) call put_attribute(file, 'title', problem%model%title, error)
-        if (.not. allocated(error)) call put_attribute(file, 'created', now(), error)
-        if (.not. allocated(error)) call put_attribute(file, 'status', 'running', error)
-        if (.not. allocated(error)) call put_attribute(file, 'message', '', error)
-        if (.not. allocated(error)) call put_attribute(file, 'wall_seconds', 0.0_wp, error)
-        if (.not. allocated(error)) call put_attribute(file, 'cpu_seconds', 0.0_wp, error)
-        if (allocated(error)) return
-        call put_text(file, 'deck', problem%deck_text, dataset, error)
-        if (.not. allocated(error)) call put_attribute(dataset, 'parameters', problem%parameters, error)
-        if (.not. allocated(error)) call put_attribute(dataset, 'scene', scene_lines(problem%model), error)
-        if (.not. allocated(error)) call put_attribute(dataset, 'unit', '', error)
-        if (.not. allocated(error)) call put_attribute(dataset, 'description', 'the deck as read', error)
-        if (.not. allocated(error)) call close_dataset(dataset)
+        call archive%set(root, 'format', 'gentbeam')
+        call archive%set(root, 'format_version', 1)
+        call archive%set(root, 'program_version', program_version)
+        call archive%set(root, 'git_revision', git_revision)
+        call archive%set(root, 'compiler', compiler_version())
+        call archive%set(root, 'title', problem%model%title)
+        call archive%set(root, 'created', now())
+        call archive%set(root, 'status', 'running')
+        call archive%set(root, 'message', '')
+        call archive%set(root, 'wall_seconds', 0.0_wp)
+        call archive%set(root, 'cpu_seconds', 0.0_wp)
+        call archive%put_text(root, 'deck', problem%deck_text, '', 'the deck as read', node)
+        call archive%set(node, 'parameters', problem%parameters)
+        call archive%set(node, 'scene', scene_lines(problem%model))
     end subroutine write_header
 
     !> ISO 8601 with the offset from UTC.
@@ -55,26 +49,23 @@ contains
             // ':' // time(5:6) // zone(1:3) // ':' // zone(4:5)
     end function now
 
-    subroutine write_units(file, units, error)
-        integer(hid_t), intent(in) :: file
+    subroutine write_units(archive, units)
+        type(archive_t), intent(inout) :: archive
         type(units_t), intent(in) :: units
-        type(error_t), allocatable, intent(out) :: error
-        integer(hid_t) :: group
+        integer :: group
 
-        call create_group(file, 'units', group, error)
-        if (.not. allocated(error)) call put_attribute(group, 'length', units%length, error)
-        if (.not. allocated(error)) call put_attribute(group, 'force', units%force, error)
-        if (.not. allocated(error)) call put_attribute(group, 'time', units%time, error)
-        if (.not. allocated(error)) call close_group(group)
+        call archive%add_group(root, 'units', group)
+        call archive%set(group, 'length', units%length)
+        call archive%set(group, 'force', units%force)
+        call archive%set(group, 'time', units%time)
     end subroutine write_units
 
-    subroutine write_mesh(file, model, error)
-        integer(hid_t), intent(in) :: file
+    subroutine write_mesh(archive, model, group, error)
+        type(archive_t), intent(inout) :: archive
         type(model_t), intent(in) :: model
+        integer, intent(out) :: group
         type(error_t), allocatable, intent(out) :: error
-        integer(hid_t) :: group
         integer, allocatable :: elements(:, :)
-        integer(c_int8_t), allocatable :: fixed(:, :)
         integer :: e, i
 
         associate (mesh => model%mesh)
@@ -83,17 +74,14 @@ contains
             do e = 1, mesh%n_elements()
                 elements(:mesh%nodes(e), e) = [(mesh%first_node(e) + i - 2, i=1, mesh%nodes(e))]
             end do
-            fixed = merge(1_c_int8_t, 0_c_int8_t, model%fixed_fields())
-            call create_group(file, 'mesh', group, error)
-            if (allocated(error)) return
-            call put_array(group, 'x', mesh%x, model%units%length, 'reference X1 of every node', error)
-            if (.not. allocated(error)) call put_array(group, 'elements', elements, '', &
+            call archive%add_group(root, 'mesh', group)
+            call archive%put(group, 'x', mesh%x, model%units%length, 'reference X1 of every node', error)
+            if (.not. allocated(error)) call archive%put(group, 'elements', elements, stored_int32, '', &
                 'nodes of every element, counted from 0, -1 where unused', error)
-            if (.not. allocated(error)) call put_array(group, 'fixed', fixed, '', &
-                '1 where a field (u1 u3 y1 y3 xi) is fixed', error)
-            if (.not. allocated(error)) call put_array(group, 'thickness', model%sections(mesh%section)%h, &
+            if (.not. allocated(error)) call archive%put(group, 'fixed', merge(1, 0, model%fixed_fields()), &
+                stored_int8, '', '1 where a field (u1 u3 y1 y3 xi) is fixed', error)
+            if (.not. allocated(error)) call archive%put(group, 'thickness', model%sections(mesh%section)%h, &
                 model%units%length, 'thickness h of every element', error)
-            if (.not. allocated(error)) call close_group(group)
         end associate
     end subroutine write_mesh
 

@@ -9,7 +9,7 @@ module gb_monitor
     use gb_state, only: state_t
     use gb_recorder, only: recorder_t, step_record_t
     use gb_sensor, only: sensor_t, place_sensor
-    use gb_log, only: log_t
+    use gb_log, only: log_t, log_normal, log_verbose
     use gb_results, only: results_t
     implicit none
     private
@@ -155,17 +155,18 @@ contains
         end if
         call self%results%write_step(step, state, values, error)
         if (allocated(error)) return
-        if (allocated(step%increments)) then
+        if (allocated(step%increments) .and. self%log%level >= log_verbose) then
             do i = 1, size(step%increments)
                 call self%log%detail('      iteration ' // to_text(i) // '  increment ' &
                     // to_text(step%increments(i), 4))
             end do
         end if
+        ! Numbers in words cost more than a small step: only for those who read them.
         if (step%progress >= self%next_line - 1.0e-9_wp .or. step%cuts > 0) then
-            call self%log%line(step_line(step, values))
+            if (self%log%level >= log_normal) call self%log%line(step_line(step, values))
             self%next_line = real(floor(step%progress*lines_a_command + 1.0e-9_wp) + 1, &
                 wp)/real(lines_a_command, wp)
-        else
+        else if (self%log%level >= log_verbose) then
             call self%log%detail(step_line(step, values))
         end if
         call self%log%show_bar(step%progress)

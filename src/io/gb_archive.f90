@@ -1,0 +1,472 @@
+!> A results file while it is being written: groups, attributes, whole arrays, and series that grow row by
+!> row. What is put in gathers in memory; `publish` makes all of it visible at once, so that who reads the
+!> file, also after a kill, finds what was there at one such moment and nothing in between.
+module gb_archive
+    use, intrinsic :: iso_c_binding, only: c_float, c_int8_t, c_int32_t, c_int64_t, c_loc, c_ptr
+    use gb_kinds, only: wp, i8
+    use gb_error, only: error_t
+    use gb_store, only: store_t, commit_again
+    use gb_tree, only: tree_t, attribute_t, root, node_group, node_array, node_text, node_link, &
+        attribute_text, attribute_ascii, attribute_integer, attribute_real, attribute_pair, stored_real64, &
+        stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8
+    use gb_hdf5, only: start_hdf5, write_tree
+    implicit none
+    private
+
+    public :: root, stored_real64, stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8
+
+    !> Rows of a series that are not in the file yet.
+    type :: series_t
+        integer :: node = 0
+        integer :: piece_rows = 1                   !! rows that the buffer holds
+        integer(i8) :: rows = 0                     !! all that were appended
+        integer(i8) :: settled = 0                  !! of them, those that are in the file
+        real(wp), allocatable :: buffer(:, :)       !! (numbers of a row, piece_rows)
+    end type series_t
+
+    type, public :: archive_t
+        private
+        type(tree_t) :: tree
+        type(tree_t) :: published                   !! the tree of the valid edition
+        type(store_t) :: store
+        integer :: n_series = 0
+        type(series_t), allocatable :: series(:)    !! those that still grow
+    contains
+        procedure :: open => open_archive
+        procedure :: is_open
+        procedure :: is_published
+        procedure :: add_group
+        procedure :: put_text
+        procedure :: add_link
+        procedure :: add_series
+        procedure :: append
+        procedure :: finish
+        procedure :: publish
+        procedure :: retract
+        procedure :: close => close_archive
+        procedure, private :: set_text, set_integer, set_real, set_pair
+        procedure :: set_ascii
+        !> Give a node an attribute, or the attribute another value.
+        generic :: set => set_text, set_integer, set_real, set_pair
+        procedure, private :: put_reals, put_real_table, put_real_blocks, put_integers, put_integer_table
+        !> A whole array with its unit and description, stored as `stored_...` says.
+        generic :: put => put_reals, put_real_table, put_real_blocks, put_integers, put_integer_table
+        procedure, private :: put_bytes
+        procedure, private :: settle
+        procedure, private :: add_array
+    end type archive_t
+
+    !> Numbers and rows of a piece of a series: bounds of what waits in memory.
+    integer, parameter :: piece_numbers = 32768, most_piece_rows = 2048
+
+contains
+
+    !> Open the file that is to become `path`, in place of what is there. Nothing is seen of it before the
+    !> first `publish`.
+    subroutine open_archive(self, path, error)
+        class(archive_t), intent(inout) :: self
+        character(*), intent(in) :: path
+        type(error_t), allocatable, intent(out) :: error
+        integer :: node
+
+        call self%store%open(path, error)
+        if (allocated(error)) return
+        call start_hdf5()
+        allocate (self%series(0))
+        call self%tree%add_node(0, '/', node_group, node)
+    end subroutine open_archive
+
+    logical function is_open(self)
+        class(archive_t), intent(in) :: self
+
+        is_open = self%store%is_open()
+    end function is_open
+
+    !> Whether something is visible.
+    pure logical function is_published(self)
+        class(archive_t), intent(in) :: self
+
+        is_published = self%published%n > 0
+    end function is_published
+
+    subroutine add_group(self, parent, name, group)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent
+        character(*), intent(in) :: name
+        integer, intent(out) :: group
+
+        call self%tree%add_node(parent, name, node_group, group)
+    end subroutine add_group
+
+    !> Another name for a node.
+    subroutine add_link(self, parent, name, target)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent, target
+        character(*), intent(in) :: name
+        integer :: node
+
+        call self%tree%add_node(parent, name, node_link, node)
+        self%tree%nodes(node)%target = target
+    end subroutine add_link
+
+    subroutine set_text(self, node, name, text)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: node
+        character(*), intent(in) :: name, text
+
+        call self%tree%set_attribute(node, attribute_t(name, attribute_text, text=text))
+    end subroutine set_text
+
+    !> A text of fixed length in ASCII.
+    subroutine set_ascii(self, node, name, text)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: node
+        character(*), intent(in) :: name, text
+
+        call self%tree%set_attribute(node, attribute_t(name, attribute_ascii, text=text))
+    end subroutine set_ascii
+
+    subroutine set_integer(self, node, name, number)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: node
+        character(*), intent(in) :: name
+        integer, intent(in) :: number
+
+        call self%tree%set_attribute(node, attribute_t(name, attribute_integer, integers=[number, 0]))
+    end subroutine set_integer
+
+    subroutine set_real(self, node, name, number)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: node
+        character(*), intent(in) :: name
+        real(wp), intent(in) :: number
+
+        call self%tree%set_attribute(node, attribute_t(name, attribute_real, number=number))
+    end subroutine set_real
+
+    subroutine set_pair(self, node, name, pair)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: node
+        character(*), intent(in) :: name
+        integer, intent(in) :: pair(2)
+
+        call self%tree%set_attribute(node, attribute_t(name, attribute_pair, integers=pair))
+    end subroutine set_pair
+
+    !> A scalar text.
+    subroutine put_text(self, parent, name, text, unit, description, node)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent
+        character(*), intent(in) :: name, text, unit, description
+        integer, intent(out) :: node
+
+        call self%tree%add_node(parent, name, node_text, node)
+        self%tree%nodes(node)%text = text
+        call self%set(node, 'unit', unit)
+        call self%set(node, 'description', description)
+    end subroutine put_text
+
+    !> A new array without numbers.
+    subroutine add_array(self, parent, name, row_shape, stored, unit, description, node)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent, stored
+        character(*), intent(in) :: name, unit, description
+        integer, intent(in) :: row_shape(:)
+        integer, intent(out) :: node
+
+        call self%tree%add_node(parent, name, node_array, node)
+        self%tree%nodes(node)%row_shape = int(row_shape, i8)
+        self%tree%nodes(node)%stored = stored
+        call self%set(node, 'unit', unit)
+        call self%set(node, 'description', description)
+    end subroutine add_array
+
+    subroutine put_reals(self, parent, name, values, unit, description, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        real(wp), intent(in), target, contiguous :: values(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%put_bytes(parent, name, shape(values), stored_real64, c_loc(values), unit, description, &
+            error)
+    end subroutine put_reals
+
+    subroutine put_real_table(self, parent, name, values, unit, description, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        real(wp), intent(in), target, contiguous :: values(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%put_bytes(parent, name, shape(values), stored_real64, c_loc(values), unit, description, &
+            error)
+    end subroutine put_real_table
+
+    subroutine put_real_blocks(self, parent, name, values, unit, description, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        real(wp), intent(in), target, contiguous :: values(:, :, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%put_bytes(parent, name, shape(values), stored_real64, c_loc(values), unit, description, &
+            error)
+    end subroutine put_real_blocks
+
+    subroutine put_integers(self, parent, name, values, stored, unit, description, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent, stored
+        character(*), intent(in) :: name, unit, description
+        integer, intent(in) :: values(:)
+        type(error_t), allocatable, intent(out) :: error
+
+        call put_shaped(self, parent, name, values, shape(values), stored, unit, description, error)
+    end subroutine put_integers
+
+    subroutine put_integer_table(self, parent, name, values, stored, unit, description, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent, stored
+        character(*), intent(in) :: name, unit, description
+        integer, intent(in), contiguous :: values(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        call put_shaped(self, parent, name, values, shape(values), stored, unit, description, error)
+    end subroutine put_integer_table
+
+    subroutine put_shaped(self, parent, name, values, extent, stored, unit, description, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent, stored
+        character(*), intent(in) :: name, unit, description
+        integer, intent(in) :: extent(:)
+        integer, intent(in) :: values(product(extent))
+        type(error_t), allocatable, intent(out) :: error
+        integer(c_int8_t), allocatable, target :: bytes(:)
+        integer(c_int32_t), allocatable, target :: words(:)
+        integer(c_int64_t), allocatable, target :: wide(:)
+        type(c_ptr) :: from
+
+        select case (stored)
+        case (stored_int8, stored_uint8)
+            bytes = int(values, c_int8_t)
+            from = c_loc(bytes)
+        case (stored_int64)
+            wide = int(values, c_int64_t)
+            from = c_loc(wide)
+        case default
+            words = int(values, c_int32_t)
+            from = c_loc(words)
+        end select
+        call self%put_bytes(parent, name, extent, stored, from, unit, description, error)
+    end subroutine put_shaped
+
+    subroutine put_bytes(self, parent, name, extent, stored, from, unit, description, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent, stored
+        character(*), intent(in) :: name, unit, description
+        integer, intent(in) :: extent(:)
+        type(c_ptr), intent(in) :: from
+        type(error_t), allocatable, intent(out) :: error
+        integer :: node, rank
+        integer(i8) :: bytes, address
+
+        rank = size(extent)
+        call self%add_array(parent, name, extent(:rank - 1), stored, unit, description, node)
+        bytes = extent(rank)*self%tree%row_bytes(node)
+        if (bytes == 0) return
+        address = self%store%allocate(bytes)
+        call self%store%write(address, from, bytes, error)
+        call self%tree%add_piece(node, address)
+        self%tree%nodes(node)%rows = extent(rank)
+        self%tree%nodes(node)%piece_rows = extent(rank)
+    end subroutine put_bytes
+
+    !> An empty series, to be known by the number of its node.
+    subroutine add_series(self, parent, name, row_shape, stored, unit, description, node, records)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent, stored
+        character(*), intent(in) :: name, unit, description
+        integer, intent(in) :: row_shape(:)             !! empty for scalars
+        integer, intent(out) :: node
+        !> A row is so many records of that shape, one behind the other in the dimension that grows.
+        integer, intent(in), optional :: records
+        type(series_t), allocatable :: grown(:)
+        integer :: i, numbers
+
+        call self%add_array(parent, name, row_shape, stored, unit, description, node)
+        if (self%n_series == size(self%series)) then
+            allocate (grown(2*self%n_series + 16))
+            do i = 1, self%n_series
+                call move_series(self%series(i), grown(i))
+            end do
+            call move_alloc(grown, self%series)
+        end if
+        self%n_series = self%n_series + 1
+        if (present(records)) self%tree%nodes(node)%records = records
+        numbers = product(row_shape)*self%tree%nodes(node)%records
+        associate (series => self%series(self%n_series))
+            series = series_t(node=node, piece_rows=max(1, min(most_piece_rows, piece_numbers/numbers)))
+            allocate (series%buffer(numbers, series%piece_rows))
+            self%tree%nodes(node)%piece_rows = series%piece_rows
+        end associate
+    end subroutine add_series
+
+    subroutine move_series(from, to)
+        type(series_t), intent(inout) :: from, to
+
+        to%node = from%node
+        to%piece_rows = from%piece_rows
+        to%rows = from%rows
+        to%settled = from%settled
+        call move_alloc(from%buffer, to%buffer)
+    end subroutine move_series
+
+    !> Another row of a series.
+    subroutine append(self, node, row, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: node
+        real(wp), intent(in) :: row(:)
+        type(error_t), allocatable, intent(out) :: error
+        integer :: i
+
+        i = place_of(self, node)
+        associate (series => self%series(i))
+            series%buffer(:, int(modulo(series%rows, int(series%piece_rows, i8))) + 1) = row
+            series%rows = series%rows + 1
+            if (modulo(series%rows, int(series%piece_rows, i8)) == 0) call self%settle(i, .true., error)
+        end associate
+    end subroutine append
+
+    !> Index of a growing series; they stand in the order of their nodes.
+    pure integer function place_of(self, node) result(low)
+        class(archive_t), intent(in) :: self
+        integer, intent(in) :: node
+        integer :: high, middle
+
+        low = 1
+        high = self%n_series
+        do while (low < high)
+            middle = (low + high)/2
+            if (self%series(middle)%node < node) then
+                low = middle + 1
+            else
+                high = middle
+            end if
+        end do
+    end function place_of
+
+    !> Write a series' waiting rows into the file, where they are not seen yet. One that still grows gets room
+    !> for a whole piece.
+    subroutine settle(self, place, grows, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: place
+        logical, intent(in) :: grows
+        type(error_t), allocatable, intent(out) :: error
+        integer(i8) :: row_bytes, room, within
+        integer :: first, last
+
+        associate (series => self%series(place), node => self%tree%nodes(self%series(place)%node))
+            if (series%settled == series%rows) return
+            row_bytes = self%tree%row_bytes(series%node)
+            if (node%n_pieces*int(series%piece_rows, i8) == series%settled) then
+                room = series%piece_rows
+                if (node%n_pieces == 0 .and. .not. grows) room = series%rows
+                call self%tree%add_piece(series%node, self%store%allocate(room*row_bytes))
+            end if
+            within = series%settled - (node%n_pieces - 1)*int(series%piece_rows, i8)
+            first = int(within) + 1
+            last = int(within + series%rows - series%settled)
+            call write_rows(self%store, node%pieces(node%n_pieces) + within*row_bytes, node%stored, &
+                series%buffer(:, first:last), error)
+            if (allocated(error)) return
+            series%settled = series%rows
+        end associate
+    end subroutine settle
+
+    subroutine write_rows(store, address, stored, rows, error)
+        type(store_t), intent(inout) :: store
+        integer(i8), intent(in) :: address
+        integer, intent(in) :: stored
+        real(wp), intent(in), target, contiguous :: rows(:, :)
+        type(error_t), allocatable, intent(out) :: error
+        integer(c_int32_t), allocatable, target :: words(:, :)
+        integer(c_int64_t), allocatable, target :: wide(:, :)
+        real(c_float), allocatable, target :: short(:, :)
+
+        select case (stored)
+        case (stored_real32)
+            short = real(rows, c_float)
+            call store%write(address, c_loc(short), 4_i8*size(rows, kind=i8), error)
+        case (stored_int32)
+            words = nint(rows, c_int32_t)
+            call store%write(address, c_loc(words), 4_i8*size(rows, kind=i8), error)
+        case (stored_int64)
+            wide = nint(rows, c_int64_t)
+            call store%write(address, c_loc(wide), 8_i8*size(rows, kind=i8), error)
+        case default
+            call store%write(address, c_loc(rows), 8_i8*size(rows, kind=i8), error)
+        end select
+    end subroutine write_rows
+
+    !> The series below a group grow no more.
+    subroutine finish(self, group, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: group
+        type(error_t), allocatable, intent(out) :: error
+        integer :: i, kept
+
+        kept = 0
+        do i = 1, self%n_series
+            if (self%tree%holds(group, self%series(i)%node)) then
+                call self%settle(i, .false., error)
+                if (allocated(error)) return
+                self%tree%nodes(self%series(i)%node)%rows = self%series(i)%rows
+            else
+                kept = kept + 1
+                if (kept < i) call move_series(self%series(i), self%series(kept))
+            end if
+        end do
+        self%n_series = kept
+    end subroutine finish
+
+    !> Make all that was put in visible at once. `is_last` says that nothing follows; `durable` lets it
+    !> reach the disk first, so that it survives the machine too.
+    subroutine publish(self, is_last, durable, error)
+        class(archive_t), intent(inout) :: self
+        logical, intent(in) :: is_last, durable
+        type(error_t), allocatable, intent(out) :: error
+        integer(c_int64_t) :: file
+        integer :: i, answer
+
+        do i = 1, self%n_series
+            call self%settle(i, .not. is_last, error)
+            if (allocated(error)) return
+            self%tree%nodes(self%series(i)%node)%rows = self%series(i)%rows
+        end do
+        do
+            call self%store%begin(file, error)
+            if (.not. allocated(error)) call write_tree(file, self%tree, self%store, error)
+            if (.not. allocated(error)) call self%store%commit(.not. is_last, durable, answer, error)
+            if (allocated(error)) return
+            if (answer /= commit_again) exit
+        end do
+        if (.not. is_last) self%published = self%tree
+    end subroutine publish
+
+    !> Take back all that is not published.
+    subroutine retract(self)
+        class(archive_t), intent(inout) :: self
+
+        self%tree = self%published
+        self%n_series = 0
+    end subroutine retract
+
+    !> Close the file; what is not published is lost.
+    subroutine close_archive(self, error)
+        class(archive_t), intent(inout) :: self
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%store%close(error)
+    end subroutine close_archive
+
+end module gb_archive

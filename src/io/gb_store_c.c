@@ -1,0 +1,587 @@
+/* The file under a results file: numbers are appended, and what describes them (HDF5's metadata) is written anew,
+   whole, for every edition. One small write of the superblock then makes the new edition the valid one, so that the
+   file is a complete HDF5 file at every instant (docs/reliability.md).
+
+   HDF5 makes the metadata through a driver of ours (its "virtual file layer"). The driver never touches the disk: it
+   hands out addresses and keeps what it is given in memory. Numbers that are in the file already get the addresses
+   they have ("offers"). */
+#define _GNU_SOURCE
+#include <errno.h>
+#include <fcntl.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+#include <hdf5.h>
+#if H5_VERSION_GE(1, 13, 0)
+#include <H5FDdevelop.h>
+#endif
+
+#define SUPERBLOCK_ROOM 64                  /* the first bytes of the file; HDF5's superblock of version 2 takes 48 */
+#define GATHER_ROOM ((size_t)256 * 1024)    /* bytes of small writes that are put together */
+#define REASON_ROOM 256
+#define GRACE_SECONDS 30.0                  /* for which a replaced edition stays, for those who still read it */
+
+/* A stretch of the file that holds an edition's metadata. */
+typedef struct {
+    int64_t base, capacity;                 /* no capacity yet: it is new, and ends where the file ends */
+    double left_at;                         /* when another edition took its place */
+} region_t;
+
+typedef struct {
+    int file;
+    char *path, *part;                      /* the file's name, and the one it has before its first edition */
+    int published;                          /* editions in the file */
+    int64_t end;                            /* first byte that is not given away */
+    int64_t disk_size;                      /* length of the file as we have made it */
+    char *gathered;                         /* neighbouring writes, not yet made */
+    int64_t gathered_at;
+    size_t gathered_bytes;
+    region_t *regions;
+    int n_regions, regions_room;
+    int valid, current;                     /* regions of the edition in the file, and of the one being made */
+    int wants_new_region;
+    unsigned char *image;                   /* its metadata */
+    size_t image_room, image_bytes;
+    int has_overflowed;                     /* it has outgrown its region */
+    unsigned char superblock[SUPERBLOCK_ROOM];
+    size_t superblock_bytes;
+    int superblock_given;
+    const int64_t *offers;                  /* addresses of the next numbers that HDF5 asks room for */
+    int64_t offers_left, offer_bytes;
+    char reason[REASON_ROOM];
+} store_t;
+
+static int failed(store_t *store, const char *words)
+{
+    snprintf(store->reason, sizeof store->reason, "%s", words);
+    return 1;
+}
+
+/* ---- writing ------------------------------------------------------------------------------------------------- */
+
+static int write_at(store_t *store, const void *bytes, size_t count, int64_t at)
+{
+    const char *next = bytes;
+
+    while (count > 0) {
+        ssize_t written = pwrite(store->file, next, count, (off_t)at);
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written < 0)
+            return failed(store, strerror(errno));
+        next += written;
+        at += written;
+        count -= (size_t)written;
+        if (at > store->disk_size)
+            store->disk_size = at;
+    }
+    return 0;
+}
+
+static int write_gathered(store_t *store)
+{
+    size_t count = store->gathered_bytes;
+
+    store->gathered_bytes = 0;
+    return count > 0 ? write_at(store, store->gathered, count, store->gathered_at) : 0;
+}
+
+/* Room for so many bytes: its address. */
+int64_t gb_store_allocate(store_t *store, int64_t bytes)
+{
+    int64_t at = store->end;
+
+    store->end += (bytes + 7) / 8 * 8;
+    return at;
+}
+
+/* Write numbers into room that was allocated. 0: went well. */
+int gb_store_write(store_t *store, int64_t at, const void *bytes, int64_t count)
+{
+    int64_t gap = at - (store->gathered_at + (int64_t)store->gathered_bytes);
+    int is_next = store->gathered_bytes > 0 && gap >= 0 && gap < 8;
+
+    if (is_next && store->gathered_bytes + (size_t)(gap + count) <= GATHER_ROOM) {
+        memset(store->gathered + store->gathered_bytes, 0, (size_t)gap);
+        memcpy(store->gathered + store->gathered_bytes + gap, bytes, (size_t)count);
+        store->gathered_bytes += (size_t)(gap + count);
+        return 0;
+    }
+    if (write_gathered(store) != 0)
+        return 1;
+    if (count > (int64_t)GATHER_ROOM / 4)
+        return write_at(store, bytes, (size_t)count, at);
+    memcpy(store->gathered, bytes, (size_t)count);
+    store->gathered_at = at;
+    store->gathered_bytes = (size_t)count;
+    return 0;
+}
+
+/* ---- the driver ---------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    H5FD_t pub;
+    store_t *store;
+} driver_file_t;
+
+typedef struct {
+    store_t *store;
+} driver_info_t;
+
+static store_t *store_of(const H5FD_t *file)
+{
+    return ((const driver_file_t *)file)->store;
+}
+
+static int64_t base_of(const store_t *store)
+{
+    return store->regions[store->current].base;
+}
+
+static H5FD_t *driver_open(const char *name, unsigned flags, hid_t fapl, haddr_t maxaddr)
+{
+    const driver_info_t *info = H5Pget_driver_info(fapl);
+    driver_file_t *file = info ? calloc(1, sizeof *file) : NULL;
+
+    (void)name, (void)flags, (void)maxaddr;
+    if (file)
+        file->store = info->store;
+    return (H5FD_t *)file;
+}
+
+static herr_t driver_close(H5FD_t *file)
+{
+    free(file);
+    return 0;
+}
+
+/* Every edition is a file of its own to HDF5. */
+static int driver_compare(const H5FD_t *first, const H5FD_t *second)
+{
+    return first < second ? -1 : first > second;
+}
+
+static herr_t driver_query(const H5FD_t *file, unsigned long *flags)
+{
+    (void)file;
+    *flags = 0;
+    return 0;
+}
+
+static haddr_t driver_get_eoa(const H5FD_t *file, H5FD_mem_t type)
+{
+    const store_t *store = store_of(file);
+    int64_t top = base_of(store) + (int64_t)store->image_bytes;
+
+    (void)type;
+    /* HDF5 takes a file for new while it is empty. */
+    if (!store->superblock_given)
+        return 0;
+    return (haddr_t)(top > store->end ? top : store->end);
+}
+
+/* Metadata gets the next bytes of the region. */
+static void take(store_t *store, int64_t bytes)
+{
+    const region_t *region = &store->regions[store->current];
+
+    store->image_bytes += (size_t)bytes;
+    if (region->capacity > 0 && (int64_t)store->image_bytes > region->capacity)
+        store->has_overflowed = 1;
+}
+
+/* HDF5 makes its last piece longer. */
+static herr_t driver_set_eoa(H5FD_t *file, H5FD_mem_t type, haddr_t address)
+{
+    int64_t more = (int64_t)address - (int64_t)driver_get_eoa(file, type);
+
+    if (more > 0)
+        take(store_of(file), more);
+    return 0;
+}
+
+static haddr_t driver_allocate(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, hsize_t size)
+{
+    store_t *store = store_of(file);
+    int64_t at;
+
+    (void)dxpl;
+    if (type == H5FD_MEM_SUPER && !store->superblock_given) {
+        store->superblock_given = 1;
+        return 0;
+    }
+    if (type == H5FD_MEM_DRAW && store->offers_left > 0) {
+        if ((int64_t)size != store->offer_bytes)
+            return HADDR_UNDEF;
+        store->offers_left--;
+        return (haddr_t)*store->offers++;
+    }
+    take(store, -(int64_t)store->image_bytes & 7);
+    at = base_of(store) + (int64_t)store->image_bytes;
+    take(store, (int64_t)size);
+    return (haddr_t)at;
+}
+
+static herr_t driver_free(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr_t address, hsize_t size)
+{
+    (void)file, (void)type, (void)dxpl, (void)address, (void)size;
+    return 0;
+}
+
+static int make_image_room(store_t *store, size_t bytes)
+{
+    size_t room = store->image_room ? store->image_room : 32768;
+    unsigned char *larger;
+
+    if (bytes <= store->image_room)
+        return 0;
+    while (room < bytes)
+        room *= 2;
+    larger = realloc(store->image, room);
+    if (!larger)
+        return failed(store, strerror(ENOMEM));
+    memset(larger + store->image_room, 0, room - store->image_room);
+    store->image = larger;
+    store->image_room = room;
+    return 0;
+}
+
+/* Where a piece of metadata is kept, or NULL where the file holds no metadata. */
+static unsigned char *place(store_t *store, haddr_t address, size_t size)
+{
+    int64_t within = (int64_t)address - base_of(store);
+
+    if (address + size <= SUPERBLOCK_ROOM)
+        return store->superblock + address;
+    if (within < 0 || within + (int64_t)size > (int64_t)store->image_bytes)
+        return NULL;
+    return make_image_room(store, store->image_bytes) == 0 ? store->image + within : NULL;
+}
+
+static herr_t driver_read(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr_t address, size_t size, void *bytes)
+{
+    const unsigned char *from = place(store_of(file), address, size);
+
+    (void)type, (void)dxpl;
+    if (!from)
+        return -1;
+    memcpy(bytes, from, size);
+    return 0;
+}
+
+static herr_t driver_write(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr_t address, size_t size,
+                           const void *bytes)
+{
+    store_t *store = store_of(file);
+    unsigned char *to = place(store, address, size);
+
+    (void)type, (void)dxpl;
+    if (!to)
+        return -1;
+    memcpy(to, bytes, size);
+    if (address == 0)
+        store->superblock_bytes = size;
+    return 0;
+}
+
+static const H5FD_class_t driver = {
+#if H5_VERSION_GE(1, 13, 0)
+    .version = H5FD_CLASS_VERSION,
+    .value = (H5FD_class_value_t)511,
+#endif
+    .name = "gentbeam",
+    .maxaddr = (haddr_t)INT64_MAX,
+    .fc_degree = H5F_CLOSE_STRONG,
+    .fapl_size = sizeof(driver_info_t),
+    .open = driver_open,
+    .close = driver_close,
+    .cmp = driver_compare,
+    .query = driver_query,
+    .alloc = driver_allocate,
+    .free = driver_free,
+    .get_eoa = driver_get_eoa,
+    .set_eoa = driver_set_eoa,
+    .get_eof = driver_get_eoa,
+    .read = driver_read,
+    .write = driver_write,
+    .fl_map = H5FD_FLMAP_DEFAULT,           /* numbers never get room that metadata has given back */
+};
+
+/* ---- editions ------------------------------------------------------------------------------------------------ */
+
+static double now(void)
+{
+    struct timespec time;
+
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+/* The smallest region that nobody reads any more and that the metadata will fit in: its index, or -1. */
+static int find_region(const store_t *store)
+{
+    int64_t wanted = (int64_t)(store->image_bytes + store->image_bytes / 8);
+    double latest = now() - GRACE_SECONDS;
+    int best = -1;
+
+    for (int i = 0; i < store->n_regions && !store->wants_new_region; i++) {
+        const region_t *region = &store->regions[i];
+        if (i == store->valid || region->left_at > latest || region->capacity < wanted)
+            continue;
+        if (best < 0 || region->capacity < store->regions[best].capacity)
+            best = i;
+    }
+    return best;
+}
+
+static int add_region(store_t *store)
+{
+    if (store->n_regions == store->regions_room) {
+        int room = 2 * store->regions_room + 8;
+        region_t *larger = realloc(store->regions, (size_t)room * sizeof *larger);
+        if (!larger)
+            return -1;
+        store->regions = larger;
+        store->regions_room = room;
+    }
+    store->regions[store->n_regions] = (region_t){.base = store->end};
+    return store->n_regions++;
+}
+
+/* Begin an edition: HDF5's identifier of an empty file, or negative. All numbers must have got their room before. */
+hid_t gb_store_begin(store_t *store)
+{
+    static hid_t driver_id = H5I_INVALID_HID;
+    driver_info_t info = {.store = store};
+    hid_t access, file;
+
+    store->current = find_region(store);
+    if (store->current < 0)
+        store->current = add_region(store);
+    if (store->current < 0) {
+        failed(store, strerror(ENOMEM));
+        return H5I_INVALID_HID;
+    }
+    if (store->image)
+        memset(store->image, 0, store->image_room);
+    store->image_bytes = 0;
+    store->has_overflowed = 0;
+    store->superblock_given = 0;
+    store->offers_left = 0;
+    memset(store->superblock, 0, sizeof store->superblock);
+    if (driver_id < 0)
+        driver_id = H5FDregister(&driver);
+    access = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_driver(access, driver_id, &info);
+    /* Superblocks from version 3 on are marked while somebody writes: after a kill no reader would take the file. */
+    H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);
+    file = H5Fcreate(store->part, H5F_ACC_TRUNC, H5P_DEFAULT, access);
+    H5Pclose(access);
+    return file;
+}
+
+/* The next `count` rooms of `bytes` bytes that HDF5 asks for are these. */
+void gb_store_offer(store_t *store, const int64_t *addresses, int64_t count, int64_t bytes)
+{
+    store->offers = addresses;
+    store->offers_left = count;
+    store->offer_bytes = bytes;
+}
+
+int64_t gb_store_offers_left(const store_t *store)
+{
+    return store->offers_left;
+}
+
+static int is_in_its_place(store_t *store)
+{
+    struct stat ours, there;
+
+    if (fstat(store->file, &ours) != 0 || stat(store->path, &there) != 0 || ours.st_ino != there.st_ino ||
+        ours.st_dev != there.st_dev)
+        return 0;
+    return 1;
+}
+
+/* Network file systems tell of a full quota when a file is closed: closing a second descriptor asks them. */
+static int ask_file_system(store_t *store)
+{
+#ifdef F_OFD_SETLK
+    int again = dup(store->file);
+
+    if (again >= 0 && close(again) != 0)
+        return failed(store, strerror(errno));
+#endif
+    return 0;
+}
+
+/* After HDF5 has closed the edition: put it into the file and make it the valid one. `reserve`: leave room for it to
+   grow; `durable`: let it reach the disk first. 0: went well; 1: it failed; 2: it did not fit, make it once more. */
+int gb_store_commit(store_t *store, int reserve, int durable)
+{
+    region_t *region = &store->regions[store->current];
+
+    store->wants_new_region = store->has_overflowed;
+    if (store->has_overflowed)
+        return 2;
+    if (store->superblock_bytes == 0 || store->superblock_bytes > SUPERBLOCK_ROOM)
+        return failed(store, "HDF5 made no superblock of the expected kind");
+    if (store->published && !is_in_its_place(store))
+        return failed(store, "it was removed or replaced during the run");
+    if (region->capacity == 0) {
+        region->capacity = ((int64_t)store->image_bytes + 7) / 8 * 8;
+        if (reserve)
+            region->capacity += region->capacity / 4 / 8 * 8;
+        store->end = region->base + region->capacity;
+    }
+    if (gb_store_write(store, region->base, store->image, (int64_t)store->image_bytes) != 0 ||
+        write_gathered(store) != 0)
+        return 1;
+    if (store->disk_size < store->end && ftruncate(store->file, (off_t)store->end) != 0)
+        return failed(store, strerror(errno));
+    if (store->disk_size < store->end)
+        store->disk_size = store->end;
+    if (ask_file_system(store) != 0 || (durable && fdatasync(store->file) != 0))
+        return failed(store, strerror(errno));
+    if (write_at(store, store->superblock, store->superblock_bytes, 0) != 0)
+        return 1;
+    if (!store->published && rename(store->part, store->path) != 0)
+        return failed(store, strerror(errno));
+    if (store->valid >= 0)
+        store->regions[store->valid].left_at = now();
+    store->valid = store->current;
+    store->published = 1;
+    return 0;
+}
+
+/* ---- the file ------------------------------------------------------------------------------------------------ */
+
+static const char in_use[] = "another program is using it";
+
+/* Hold a file against other writers, till it is closed: no second run may claim it. Readers ask with flock, and are
+   let in. A file system without such locks lets everybody in. */
+static int claim(int file)
+{
+    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
+#ifdef F_OFD_SETLK
+    int refused = fcntl(file, F_OFD_SETLK, &whole);
+#else
+    int refused = fcntl(file, F_SETLK, &whole);
+#endif
+    return refused != 0 && (errno == EACCES || errno == EAGAIN);
+}
+
+/* Whether the results may be replaced that are there: NULL, or why not. */
+static const char *why_not_replace(const char *path, mode_t *mode)
+{
+    struct stat status;
+    const char *why = NULL;
+    int file = open(path, O_RDWR | O_CLOEXEC);
+
+    if (file < 0)
+        return errno == ENOENT ? NULL : strerror(errno);
+    if (fstat(file, &status) != 0)
+        why = strerror(errno);
+    else if (!S_ISREG(status.st_mode))
+        why = "it is not an ordinary file";
+    else if (claim(file) || (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK))
+        why = in_use;
+    else
+        *mode = status.st_mode & 07777;
+    close(file);
+    return why;
+}
+
+/* The file NAME.part, claimed; a run may just be giving it its final name, and then it is another file. */
+static int open_part(store_t *store)
+{
+    struct stat ours, there;
+
+    for (int tries = 0; tries < 100; tries++) {
+        store->file = open(store->part, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        if (store->file < 0)
+            return failed(store, strerror(errno));
+        if (claim(store->file)) {
+            close(store->file);
+            store->file = -1;
+            return failed(store, in_use);
+        }
+        if (fstat(store->file, &ours) == 0 && stat(store->part, &there) == 0 && ours.st_ino == there.st_ino &&
+            ours.st_dev == there.st_dev)
+            return 0;
+        close(store->file);
+    }
+    store->file = -1;
+    return failed(store, in_use);
+}
+
+static void release(store_t *store)
+{
+    free(store->path);
+    free(store->part);
+    free(store->gathered);
+    free(store->regions);
+    free(store->image);
+    free(store);
+}
+
+/* Open the file that is to become `path`. What is there already stays until the first edition takes its place. NULL:
+   `reason` says why not. */
+store_t *gb_store_open(const char *path, char *reason, size_t size)
+{
+    store_t *store = calloc(1, sizeof *store);
+    mode_t mode = 0;
+    const char *why = NULL;
+
+    if (store) {
+        store->file = -1;
+        store->valid = -1;
+        store->end = store->gathered_at = SUPERBLOCK_ROOM;
+        store->path = realpath(path, NULL);
+        if (!store->path)
+            store->path = strdup(path);
+        store->gathered = malloc(GATHER_ROOM);
+        if (store->path && asprintf(&store->part, "%s.part", store->path) < 0)
+            store->part = NULL;
+    }
+    if (!store || !store->path || !store->part || !store->gathered)
+        why = strerror(ENOMEM);
+    else if (open_part(store) != 0)
+        why = store->reason;
+    else if ((why = why_not_replace(store->path, &mode)) != NULL)
+        unlink(store->part);
+    else if (ftruncate(store->file, 0) != 0 || (mode != 0 && fchmod(store->file, mode) != 0))
+        why = strerror(errno);
+    if (!why)
+        return store;
+    snprintf(reason, size, "%s", why);
+    if (store && store->file >= 0)
+        close(store->file);
+    if (store)
+        release(store);
+    return NULL;
+}
+
+/* Close the file; one that has no edition yet is removed. 0: went well; 1: `reason` says what did not. */
+int gb_store_close(store_t *store, char *reason, size_t size)
+{
+    int trouble = 0;
+
+    if (!store->published)
+        unlink(store->part);
+    if (close(store->file) != 0)
+        trouble = failed(store, strerror(errno));
+    snprintf(reason, size, "%s", store->reason);
+    release(store);
+    return trouble;
+}
+
+void gb_store_reason(const store_t *store, char *reason, size_t size)
+{
+    snprintf(reason, size, "%s", store->reason);
+}
