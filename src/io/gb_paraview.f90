@@ -209,19 +209,25 @@ contains
         type(archive_t), intent(inout) :: archive
         real(wp), intent(in) :: u(:)
         type(error_t), allocatable, intent(out) :: error
-        real(wp) :: place(3, strip_heights, self%strip%columns), moved(3, strip_heights, self%strip%columns)
-        real(wp) :: x3, zeta
-        integer :: c, k
+        real(wp) :: place(3*self%points), moved(3*self%points), x3, zeta, along, across
+        integer :: c, k, first, n
 
+        n = 0
         do c = 1, self%strip%columns
-            associate (q => u(n_fields*(self%strip%node(c) - 1) + 1:n_fields*self%strip%node(c)))
-                do k = 1, strip_heights
-                    x3 = strip_levels(k)*self%strip%h(c)
-                    zeta = x3 + q(5)*x3**2
-                    moved(:, k, c) = [q(1) + zeta*q(3), 0.0_wp, q(2) + q(5)*x3**2 + zeta*q(4)]
-                    place(:, k, c) = moved(:, k, c) + [self%x(c), 0.0_wp, x3]
-                end do
-            end associate
+            first = n_fields*(self%strip%node(c) - 1)
+            do k = 1, strip_heights
+                x3 = strip_levels(k)*self%strip%h(c)
+                zeta = x3 + u(first + 5)*x3**2
+                along = u(first + 1) + zeta*u(first + 3)
+                across = u(first + 2) + u(first + 5)*x3**2 + zeta*u(first + 4)
+                moved(n + 1) = along
+                moved(n + 2) = 0.0_wp
+                moved(n + 3) = across
+                place(n + 1) = self%x(c) + along
+                place(n + 2) = 0.0_wp
+                place(n + 3) = x3 + across
+                n = n + 3
+            end do
         end do
         call archive%append(self%places, reshape(place, [size(place)]), error)
         if (.not. allocated(error)) call archive%append(self%displacement, reshape(moved, [size(moved)]), &
