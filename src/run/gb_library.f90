@@ -8,12 +8,12 @@ module gb_library
     use gb_deck, only: override_t, read_deck, read_source, source_from_text, source_t, diagnostics_t
     use gb_external, only: external_t, build_external
     use gb_initial, only: initial_state
-    use gb_memory, only: memory_t
+    use gb_array_recorder, only: array_recorder_t
     use gb_problem, only: problem_t, task_static, task_modal
     use gb_recovery, only: build_recovery
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
-    use gb_tasks, only: run_task
+    use gb_task, only: run_task
     use gb_threads, only: use_one_blas_thread
     use gb_version, only: program_version
     implicit none
@@ -27,7 +27,7 @@ module gb_library
     type :: result_t
         integer :: status = status_ok
         type(c_text_t) :: message
-        type(memory_t) :: memory
+        type(array_recorder_t) :: kept
         type(c_text_t), allocatable :: names(:)     !! of the arrays
         type(c_text_t), allocatable :: keys(:), words(:)    !! texts about the run, by key
     end type result_t
@@ -98,13 +98,13 @@ contains
             call use_one_blas_thread()
             system = build_system(problem%model)
             external = build_external(problem%model)
-            call result%memory%open(problem, build_recovery(problem%model, system))
+            call result%kept%open(problem, build_recovery(problem%model, system))
             call describe_run(problem, result)
             call initial_state(problem%model, system, state, error)
             has_velocities = .true.
             do i = 1, size(problem%tasks)
                 if (allocated(error)) exit
-                call run_task(problem, i, system, external, has_velocities, state, result%memory, error)
+                call run_task(problem, i, system, external, has_velocities, state, result%kept, error)
             end do
         end if
         if (allocated(error)) then
@@ -112,9 +112,9 @@ contains
             result%message = c_text(error%message)
         end if
         deallocate (result%names)
-        allocate (result%names(result%memory%count))
-        do i = 1, result%memory%count
-            result%names(i) = c_text(result%memory%arrays(i)%name)
+        allocate (result%names(result%kept%count))
+        do i = 1, result%kept%count
+            result%names(i) = c_text(result%kept%arrays(i)%name)
         end do
     end subroutine run_source
 
@@ -224,11 +224,11 @@ contains
         rank = 0
         shape = 0
         values = c_null_ptr
-        number = result%memory%find(fortran_text(name))
+        number = result%kept%find(fortran_text(name))
         if (number == 0) return
-        rank = result%memory%arrays(number)%rank
-        shape = int(result%memory%arrays(number)%shape, c_size_t)
-        if (shape(1) > 0) values = c_loc(result%memory%arrays(number)%values)
+        rank = result%kept%arrays(number)%rank
+        shape = int(result%kept%arrays(number)%shape, c_size_t)
+        if (shape(1) > 0) values = c_loc(result%kept%arrays(number)%values)
     end function gentbeam_array
 
     subroutine gentbeam_free(handle) bind(c, name="gentbeam_free")
