@@ -50,11 +50,13 @@ contains
         type(c_ptr) :: handle
         type(result_t), pointer :: result
         type(source_t) :: source
+        type(override_t), allocatable :: overrides(:)
         type(error_t), allocatable :: error
 
         allocate (result)
         call read_source(fortran_text(path), source, error)
-        call run_source(source, overrides_of(n_set, set), error, result)
+        call read_overrides(n_set, set, overrides)
+        call run_source(source, overrides, error, result)
         handle = c_loc(result)
     end function gentbeam_run_file
 
@@ -64,11 +66,12 @@ contains
         type(c_ptr), intent(in) :: set(*)
         type(c_ptr) :: handle
         type(result_t), pointer :: result
+        type(override_t), allocatable :: overrides(:)
         type(error_t), allocatable :: error
 
         allocate (result)
-        call run_source(source_from_text('<text>', fortran_text(text)), overrides_of(n_set, set), error, &
-            result)
+        call read_overrides(n_set, set, overrides)
+        call run_source(source_from_text('<text>', fortran_text(text)), overrides, error, result)
         handle = c_loc(result)
     end function gentbeam_run_text
 
@@ -151,8 +154,25 @@ contains
         type(result_t), intent(inout) :: result
         character(*), intent(in) :: key, word
 
-        result%keys = [result%keys, c_text(key)]
-        result%words = [result%words, c_text(word)]
+        call grow(result%keys)
+        call grow(result%words)
+        result%keys(size(result%keys)) = c_text(key)
+        result%words(size(result%words)) = c_text(word)
+
+    contains
+
+        !> Room for one more. (An array constructor of such texts would leak them.)
+        subroutine grow(list)
+            type(c_text_t), allocatable, intent(inout) :: list(:)
+            type(c_text_t), allocatable :: grown(:)
+            integer :: i
+
+            allocate (grown(size(list) + 1))
+            do i = 1, size(list)
+                call move_alloc(list(i)%characters, grown(i)%characters)
+            end do
+            call move_alloc(grown, list)
+        end subroutine grow
     end subroutine add_text
 
     integer(c_int) function gentbeam_status(handle) bind(c, name="gentbeam_status") result(status)
@@ -267,22 +287,23 @@ contains
     end function fortran_text
 
     !> "name=value" texts; one without a value is left for the deck's reader to refuse.
-    function overrides_of(n_set, set) result(overrides)
+    subroutine read_overrides(n_set, set, overrides)
         integer(c_int), intent(in) :: n_set
         type(c_ptr), intent(in) :: set(*)
-        type(override_t), allocatable :: overrides(:)
+        type(override_t), allocatable, intent(out) :: overrides(:)
         character(kind=c_char), pointer :: characters(:)
         character(:), allocatable :: text
         integer, parameter :: longest = 65536
         integer :: i, mark
 
-        allocate (overrides(0))
+        allocate (overrides(n_set))
         do i = 1, n_set
             call c_f_pointer(set(i), characters, [longest])
             text = fortran_text(characters)
             mark = index(text // '=', '=')
-            overrides = [overrides, override_t(trim(adjustl(text(:mark - 1))), text(mark + 1:))]
+            overrides(i)%name = trim(adjustl(text(:mark - 1)))
+            overrides(i)%text = text(mark + 1:)
         end do
-    end function overrides_of
+    end subroutine read_overrides
 
 end module gb_library
