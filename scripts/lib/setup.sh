@@ -115,11 +115,17 @@ setup_test_tools() {
     stage 'tools of the tests: VTK, a browser'
     local missing=() package
     if have dpkg-query; then
-        for package in libegl1 libegl-mesa0 libgl1-mesa-dri mandoc dpkg-dev; do
+        for package in libegl1 libegl-mesa0 libgl1-mesa-dri mandoc dpkg-dev valgrind; do
             package_installed "$package" || missing+=("$package")
         done
     fi
-    [ -n "$(find_browser)" ] || missing+=(chromium)
+    if [ -z "$(find_browser)" ]; then
+        if have apt-get; then
+            missing+=(chromium)
+        else
+            printf '%s: warning: no browser: a test is skipped\n' "$command_name" >&2
+        fi
+    fi
     [ ${#missing[@]} -eq 0 ] || apt_install "${missing[@]}"
     if [ "$(cat "$venv/stamp-test" 2>/dev/null)" != "$(sha256sum <"$test_requirements")" ]; then
         quietly "$venv/bin/python" -m pip --disable-pip-version-check install -r "$test_requirements"

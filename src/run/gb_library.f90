@@ -8,12 +8,12 @@ module gb_library
     use gb_deck, only: override_t, read_deck, read_source, source_from_text, source_t, diagnostics_t
     use gb_external, only: external_t, build_external
     use gb_initial, only: initial_state
-    use gb_memory, only: memory_t
+    use gb_array_recorder, only: array_recorder_t
     use gb_problem, only: problem_t, task_static, task_modal
     use gb_recovery, only: build_recovery
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
-    use gb_tasks, only: run_task
+    use gb_task, only: run_task
     use gb_threads, only: use_one_blas_thread
     use gb_version, only: program_version
     implicit none
@@ -27,7 +27,7 @@ module gb_library
     type :: result_t
         integer :: status = status_ok
         type(c_text_t) :: message
-        type(memory_t) :: memory
+        type(array_recorder_t) :: kept
         type(c_text_t), allocatable :: names(:)     !! of the arrays
         type(c_text_t), allocatable :: keys(:), words(:)    !! texts about the run, by key
     end type result_t
@@ -50,11 +50,13 @@ contains
         type(c_ptr) :: handle
         type(result_t), pointer :: result
         type(source_t) :: source
+        type(override_t), allocatable :: overrides(:)
         type(error_t), allocatable :: error
 
         allocate (result)
         call read_source(fortran_text(path), source, error)
-        call run_source(source, overrides_of(n_set, set), error, result)
+        call read_overrides(n_set, set, overrides)
+        call run_source(source, overrides, error, result)
         handle = c_loc(result)
     end function gentbeam_run_file
 
@@ -64,11 +66,12 @@ contains
         type(c_ptr), intent(in) :: set(*)
         type(c_ptr) :: handle
         type(result_t), pointer :: result
+        type(override_t), allocatable :: overrides(:)
         type(error_t), allocatable :: error
 
         allocate (result)
-        call run_source(source_from_text('<text>', fortran_text(text)), overrides_of(n_set, set), error, &
-            result)
+        call read_overrides(n_set, set, overrides)
+        call run_source(source_from_text('<text>', fortran_text(text)), overrides, error, result)
         handle = c_loc(result)
     end function gentbeam_run_text
 
@@ -98,13 +101,13 @@ contains
             call use_one_blas_thread()
             system = build_system(problem%model)
             external = build_external(problem%model)
-            call result%memory%open(problem, build_recovery(problem%model, system))
+            call result%kept%open(problem, build_recovery(problem%model, system))
             call describe_run(problem, result)
             call initial_state(problem%model, system, state, error)
             has_velocities = .true.
             do i = 1, size(problem%tasks)
                 if (allocated(error)) exit
-                call run_task(problem, i, system, external, has_velocities, state, result%memory, error)
+                call run_task(problem, i, system, external, has_velocities, state, result%kept, error)
             end do
         end if
         if (allocated(error)) then
@@ -112,9 +115,9 @@ contains
             result%message = c_text(error%message)
         end if
         deallocate (result%names)
-        allocate (result%names(result%memory%count))
-        do i = 1, result%memory%count
-            result%names(i) = c_text(result%memory%arrays(i)%name)
+        allocate (result%names(result%kept%count))
+        do i = 1, result%kept%count
+            result%names(i) = c_text(result%kept%arrays(i)%name)
         end do
     end subroutine run_source
 
@@ -151,8 +154,25 @@ contains
         type(result_t), intent(inout) :: result
         character(*), intent(in) :: key, word
 
-        result%keys = [result%keys, c_text(key)]
-        result%words = [result%words, c_text(word)]
+        call grow(result%keys)
+        call grow(result%words)
+        result%keys(size(result%keys)) = c_text(key)
+        result%words(size(result%words)) = c_text(word)
+
+    contains
+
+        !> Room for one more. (An array constructor of such texts would leak them.)
+        subroutine grow(list)
+            type(c_text_t), allocatable, intent(inout) :: list(:)
+            type(c_text_t), allocatable :: grown(:)
+            integer :: i
+
+            allocate (grown(size(list) + 1))
+            do i = 1, size(list)
+                call move_alloc(list(i)%characters, grown(i)%characters)
+            end do
+            call move_alloc(grown, list)
+        end subroutine grow
     end subroutine add_text
 
     integer(c_int) function gentbeam_status(handle) bind(c, name="gentbeam_status") result(status)
@@ -224,11 +244,11 @@ contains
         rank = 0
         shape = 0
         values = c_null_ptr
-        number = result%memory%find(fortran_text(name))
+        number = result%kept%find(fortran_text(name))
         if (number == 0) return
-        rank = result%memory%arrays(number)%rank
-        shape = int(result%memory%arrays(number)%shape, c_size_t)
-        if (shape(1) > 0) values = c_loc(result%memory%arrays(number)%values)
+        rank = result%kept%arrays(number)%rank
+        shape = int(result%kept%arrays(number)%shape, c_size_t)
+        if (shape(1) > 0) values = c_loc(result%kept%arrays(number)%values)
     end function gentbeam_array
 
     subroutine gentbeam_free(handle) bind(c, name="gentbeam_free")
@@ -267,22 +287,23 @@ contains
     end function fortran_text
 
     !> "name=value" texts; one without a value is left for the deck's reader to refuse.
-    function overrides_of(n_set, set) result(overrides)
+    subroutine read_overrides(n_set, set, overrides)
         integer(c_int), intent(in) :: n_set
         type(c_ptr), intent(in) :: set(*)
-        type(override_t), allocatable :: overrides(:)
+        type(override_t), allocatable, intent(out) :: overrides(:)
         character(kind=c_char), pointer :: characters(:)
         character(:), allocatable :: text
         integer, parameter :: longest = 65536
         integer :: i, mark
 
-        allocate (overrides(0))
+        allocate (overrides(n_set))
         do i = 1, n_set
             call c_f_pointer(set(i), characters, [longest])
             text = fortran_text(characters)
             mark = index(text // '=', '=')
-            overrides = [overrides, override_t(trim(adjustl(text(:mark - 1))), text(mark + 1:))]
+            overrides(i)%name = trim(adjustl(text(:mark - 1)))
+            overrides(i)%text = text(mark + 1:)
         end do
-    end function overrides_of
+    end subroutine read_overrides
 
 end module gb_library

@@ -16,7 +16,7 @@ module gb_run
     use gb_external, only: external_t, build_external
     use gb_recovery, only: build_recovery
     use gb_initial, only: initial_state
-    use gb_tasks, only: run_task
+    use gb_task, only: run_task
     use gb_deck, only: read_deck, read_source, source_t, diagnostics_t
     use gb_keywords, only: print_keywords
     use gb_summary, only: print_summary

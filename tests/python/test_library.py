@@ -260,6 +260,36 @@ def test_c_and_cxx(prefix, tmp_path, language, name):
     assert done.returncode == 1 and "unknown command 'CLMP'" in done.stdout
 
 
+def test_valgrind_finds_nothing(prefix, tmp_path):
+    """Every byte is freed, and none is read that was not written: a good deck, a wrong one, a missing one. A
+    program built for the newest processors cannot run there."""
+    if not shutil.which("valgrind"):
+        pytest.skip("no valgrind")
+    (tmp_path / "user.c").write_text(C_SOURCE)
+    (tmp_path / "good.inp").write_text(DECK)
+    (tmp_path / "wrong.inp").write_text(DECK.replace("CLAMP", "CLMP"))
+    user = build_user(prefix, tmp_path, "user.c", "C")
+    for deck, status in (("good.inp", 0), ("wrong.inp", 1), ("missing.inp", 1)):
+        done = subprocess.run(
+            [
+                "valgrind",
+                "-q",
+                "--error-exitcode=9",
+                "--leak-check=full",
+                "--show-leak-kinds=definite",
+                user,
+                deck,
+            ],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if "unhandled instruction" in done.stderr:
+            pytest.skip("valgrind does not know this processor's instructions")
+        assert done.returncode == status, done.stderr
+
+
 def test_fortran_modules(prefix, tmp_path):
     (tmp_path / "user.f90").write_text(FORTRAN_SOURCE)
     user = build_user(

@@ -1,5 +1,5 @@
-!> The solution commands of a deck, each from the state the last one left, told to any recorder.
-module gb_tasks
+!> One solution command: the method that its kind asks for.
+module gb_task
     use gb_error, only: error_t, status_file
     use gb_external, only: external_t
     use gb_initial, only: initial_velocities
@@ -17,6 +17,8 @@ module gb_tasks
 
 contains
 
+    !> Run solution command `number` from the state the last one left, and tell the recorder. On failure the
+    !> state is the last one reached.
     subroutine run_task(problem, number, system, external, has_velocities, state, recorder, error)
         type(problem_t), intent(in) :: problem
         integer, intent(in) :: number
@@ -51,4 +53,4 @@ contains
         if (allocated(file_error)) call move_alloc(file_error, error)
     end subroutine run_task
 
-end module gb_tasks
+end module gb_task

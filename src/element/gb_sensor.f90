@@ -1,18 +1,16 @@
-!> Reads a probe off a state: the field, or its velocity or acceleration, interpolated in the element that
-!> holds the place.
+!> Where a probe stands on the mesh, what it reads from a state, and the largest and smallest it has read.
 module gb_sensor
     use gb_kinds, only: wp
     use gb_fields, only: dof_index
     use gb_mesh, only: mesh_t, max_element_nodes
     use gb_problem, only: probe_t, quantity_displacement, quantity_velocity
-    use gb_shape, only: lagrange
     use gb_state, only: state_t
+    use gb_shape, only: lagrange
     implicit none
     private
 
-    !> Where a probe stands: the unknowns it depends on and their weights.
+    !> The unknowns a probe depends on and their weights.
     type, public :: sensor_t
-        private
         integer :: quantity = quantity_displacement
         integer :: nodes = 0
         integer :: unknown(max_element_nodes) = 0
@@ -25,6 +23,7 @@ module gb_sensor
 
 contains
 
+    !> Interpolate a probe in the element that holds it.
     pure function place_sensor(mesh, probe) result(sensor)
         type(mesh_t), intent(in) :: mesh
         type(probe_t), intent(in) :: probe

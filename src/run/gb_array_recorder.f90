@@ -1,6 +1,6 @@
 !> Keeps results in memory, as arrays under the names they have in the results file ("transient/u"), for
 !> programs that call the library. What is kept follows OUTPUT, as in the file.
-module gb_memory
+module gb_array_recorder
     use gb_kinds, only: wp
     use gb_error, only: error_t
     use gb_fields, only: n_fields
@@ -35,7 +35,7 @@ module gb_memory
         real(wp), allocatable :: values(:)              !! with room behind for more rows
     end type array_t
 
-    type, extends(recorder_t), public :: memory_t
+    type, extends(recorder_t), public :: array_recorder_t
         type(array_t), allocatable :: arrays(:)
         integer :: count = 0
         character(:), allocatable :: notes              !! lines that the solution methods had for the log
@@ -53,19 +53,19 @@ module gb_memory
         real(wp), private :: unwritten_abscissa = 0.0_wp
         type(state_t), private :: unwritten
     contains
-        procedure :: open => open_memory
+        procedure :: open => open_recorder
         procedure :: find
         procedure :: begin_task
         procedure :: record_step
         procedure :: record_modes
         procedure :: end_task
         procedure :: note
-    end type memory_t
+    end type array_recorder_t
 
 contains
 
-    subroutine open_memory(self, problem, gauge)
-        class(memory_t), intent(inout) :: self
+    subroutine open_recorder(self, problem, gauge)
+        class(array_recorder_t), intent(inout) :: self
         type(problem_t), intent(in) :: problem
         class(gauge_t), intent(in) :: gauge
         integer :: i
@@ -85,11 +85,11 @@ contains
             call put(self, 'mesh/stations/x', gauge%x)
             call put(self, 'mesh/stations/x3', reshape(gauge%x3, [size(gauge%x3)]), [gauge%heights])
         end if
-    end subroutine open_memory
+    end subroutine open_recorder
 
     !> Number of the array of that name, 0 if there is none.
     pure integer function find(self, name)
-        class(memory_t), intent(in) :: self
+        class(array_recorder_t), intent(in) :: self
         character(*), intent(in) :: name
 
         do find = self%count, 1, -1
@@ -99,7 +99,7 @@ contains
 
     !> A new array: rows of the given shape (Fortran's order), none for single numbers.
     subroutine add(self, name, row_shape)
-        class(memory_t), intent(inout) :: self
+        class(array_recorder_t), intent(inout) :: self
         character(*), intent(in) :: name
         integer, intent(in) :: row_shape(:)
         type(array_t), allocatable :: grown(:)
@@ -127,7 +127,7 @@ contains
 
     !> One more row of an array.
     subroutine append(self, number, row)
-        class(memory_t), intent(inout) :: self
+        class(array_recorder_t), intent(inout) :: self
         integer, intent(in) :: number
         real(wp), intent(in) :: row(:)
         real(wp), allocatable :: grown(:)
@@ -147,7 +147,7 @@ contains
 
     !> A whole array at once.
     subroutine put(self, name, values, row_shape)
-        class(memory_t), intent(inout) :: self
+        class(array_recorder_t), intent(inout) :: self
         character(*), intent(in) :: name
         real(wp), intent(in) :: values(:)
         integer, intent(in), optional :: row_shape(:)
@@ -164,7 +164,7 @@ contains
     end subroutine put
 
     subroutine begin_task(self, task, error)
-        class(memory_t), intent(inout) :: self
+        class(array_recorder_t), intent(inout) :: self
         type(task_t), intent(in) :: task
         type(error_t), allocatable, intent(out) :: error
         integer, parameter :: single(0) = [integer ::]
@@ -212,7 +212,7 @@ contains
     end subroutine begin_task
 
     subroutine record_step(self, step, state, error)
-        class(memory_t), intent(inout) :: self
+        class(array_recorder_t), intent(inout) :: self
         type(step_record_t), intent(in) :: step
         type(state_t), intent(in) :: state
         type(error_t), allocatable, intent(out) :: error
@@ -246,7 +246,7 @@ contains
     end subroutine record_step
 
     subroutine keep_row(self, abscissa, state)
-        class(memory_t), intent(inout) :: self
+        class(array_recorder_t), intent(inout) :: self
         real(wp), intent(in) :: abscissa
         type(state_t), intent(in) :: state
         real(wp), allocatable :: tensor(:), other(:), first(:), second(:), third(:)
@@ -279,7 +279,7 @@ contains
     end subroutine keep_row
 
     subroutine record_modes(self, frequency, modes, error)
-        class(memory_t), intent(inout) :: self
+        class(array_recorder_t), intent(inout) :: self
         real(wp), intent(in) :: frequency(:)
         real(wp), intent(in) :: modes(:, :)
         type(error_t), allocatable, intent(out) :: error
@@ -289,7 +289,7 @@ contains
     end subroutine record_modes
 
     subroutine end_task(self, failure, error)
-        class(memory_t), intent(inout) :: self
+        class(array_recorder_t), intent(inout) :: self
         type(error_t), allocatable, intent(in) :: failure
         type(error_t), allocatable, intent(out) :: error
 
@@ -298,10 +298,10 @@ contains
     end subroutine end_task
 
     subroutine note(self, text)
-        class(memory_t), intent(inout) :: self
+        class(array_recorder_t), intent(inout) :: self
         character(*), intent(in) :: text
 
         self%notes = self%notes // text // newline
     end subroutine note
 
-end module gb_memory
+end module gb_array_recorder
