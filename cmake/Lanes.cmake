@@ -26,11 +26,12 @@ elseif(NOT lanes MATCHES "^(1|2|4|8|16)$")
 endif()
 message(STATUS "Lane kernels: ${lanes} lanes")
 
-# gfortran 12 peels short loops to scalars before it vectorises them at -O3; at -O2 with these options every
-# loop over lanes becomes one vector instruction a statement.
+# gfortran 12 peels short loops to scalars before it vectorises them; with these options every loop over lanes
+# becomes one vector instruction a statement.
 set(lane_options)
 if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
-    set(lane_options -ftree-vectorize -fvect-cost-model=dynamic -fno-tree-loop-distribute-patterns)
+    set(lane_options -ftree-vectorize -fvect-cost-model=dynamic -fno-tree-loop-distribute-patterns
+        --param=max-completely-peel-times=1)
     if(register_reals EQUAL 8 AND NOT lanes LESS 8)
         list(APPEND lane_options -mprefer-vector-width=512)
     endif()

@@ -1,6 +1,7 @@
 !> Checks of the whole model, made where END closes it: lines that join, places that are nodes, supports
 !> that hold.
 module gb_check_model
+    use gb_capacity, only: lacks_memory
     use gb_diagnostics, only: diagnostics_t, span_t
     use gb_draft, only: draft_t, line_place_t, place_t, space_material, space_section, space_names
     use gb_fields, only: n_fields, field_names, field_u1, field_u3, field_y1, field_xi
@@ -14,6 +15,7 @@ module gb_check_model
     public :: close_model
 
     integer(i8), parameter :: most_nodes = 20000000_i8
+    integer(i8), parameter :: node_bytes = 60_i8        !! of the mesh alone, while it is being built
     real(wp), parameter :: same_place = 1.0e-9_wp       !! of the total length
 
 contains
@@ -86,6 +88,7 @@ contains
         type(draft_t), intent(inout) :: draft
         type(diagnostics_t), intent(inout) :: diagnostics
         real(wp) :: total
+        character(:), allocatable :: reason
         integer :: i
         integer(i8) :: nodes
 
@@ -103,6 +106,13 @@ contains
             if (nodes > most_nodes) then
                 call diagnostics%add(draft%line_places(n)%at, 'the model has more than ' // &
                                      to_text(int(most_nodes)) // ' nodes')
+                draft%lines_lost = .true.
+                return
+            end if
+            reason = lacks_memory(node_bytes*nodes)
+            if (len(reason) > 0) then
+                call diagnostics%add(draft%line_places(n)%at, 'the mesh of ' // to_text(int(nodes)) &
+                                     // ' nodes is too large for this machine: ' // reason)
                 draft%lines_lost = .true.
                 return
             end if

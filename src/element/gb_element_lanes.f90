@@ -34,7 +34,7 @@ module gb_element_lanes
     !> What brings the middle node back, kept(lanes, n_kept): unit factor (10), multipliers (5, 11).
     integer, parameter, public :: n_kept = 65
 
-    public :: condense_element, recover_middle
+    public :: strains, condense_element, recover_middle
 
 contains
 

@@ -95,13 +95,14 @@ contains
                 end associate
             end select
             if (info >= 0) call write_attributes(objects(i), tree%nodes(i), kit, info)
-            if (info < 0) call raise(error, status_file, 'HDF5 cannot write ' // tree%nodes(i)%name)
+            if (info < 0) call raise(error, status_file, 'cannot write the results file ' &
+                // store%path // ': HDF5 cannot describe ' // tree%nodes(i)%name)
         end do
         call drop_kit(kit)
         ! Closing the file closes what is open in it.
         call h5fclose_f(file, info)
         if (info < 0 .and. .not. allocated(error)) call raise(error, status_file, &
-            'HDF5 cannot close a file in memory')
+            'cannot write the results file ' // store%path // ': HDF5 cannot complete what describes it')
     end subroutine write_tree
 
     subroutine make_kit(kit, info)

@@ -553,15 +553,16 @@ store_t *gb_store_open(const char *path, char *reason, size_t size)
         why = strerror(ENOMEM);
     else if (open_part(store) != 0)
         why = store->reason;
-    else if ((why = why_not_replace(store->path, &mode)) != NULL)
-        unlink(store->part);
-    else if (ftruncate(store->file, 0) != 0 || (mode != 0 && fchmod(store->file, mode) != 0))
+    else if ((why = why_not_replace(store->path, &mode)) == NULL &&
+             (ftruncate(store->file, 0) != 0 || (mode != 0 && fchmod(store->file, mode) != 0)))
         why = strerror(errno);
     if (!why)
         return store;
     snprintf(reason, size, "%s", why);
-    if (store && store->file >= 0)
+    if (store && store->file >= 0) {
+        unlink(store->part);
         close(store->file);
+    }
     if (store)
         release(store);
     return NULL;

@@ -7,6 +7,7 @@ module gb_run
     use gb_version, only: program_version, git_revision
     use gb_colour, only: has_colours, colour_report, standard_error
     use gb_log, only: log_t
+    use gb_capacity, only: lacks_memory
     use gb_sketch, only: draw_model
     use gb_posix, only: ignore_write_signals
     use gb_threads, only: use_one_blas_thread
@@ -24,6 +25,7 @@ module gb_run
     use gb_manual, only: print_manual, print_completion
     use gb_command_line, only: options_t, read_command_line
     use gb_monitor, only: monitor_t
+    use gb_needs, only: memory_needed
     implicit none
     private
 
@@ -96,8 +98,20 @@ contains
             call draw_model(problem%model, log)
             return
         end if
-        call solve_problem(problem, options, error)
+        call check_memory(problem, error)
+        if (.not. allocated(error)) call solve_problem(problem, options, error)
     end subroutine run_deck
+
+    !> A model that is too large for the machine is told before it takes all there is.
+    subroutine check_memory(problem, error)
+        type(problem_t), intent(in) :: problem
+        type(error_t), allocatable, intent(out) :: error
+        character(:), allocatable :: reason
+
+        reason = lacks_memory(memory_needed(problem))
+        if (len(reason) > 0) call raise(error, status_input, 'the model of ' &
+            // to_text(problem%model%mesh%n_nodes()) // ' nodes is too large for this machine: ' // reason)
+    end subroutine check_memory
 
     !> Run the solution commands in their order, each from the state the last one left.
     subroutine solve_problem(problem, options, error)

@@ -37,7 +37,7 @@ contains
         class(banded_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: u(:)
+        real(wp), intent(in), contiguous :: u(:)
         logical, intent(out) :: admissible
 
         call stage%evaluation_point(u, self%u_e)
@@ -66,7 +66,7 @@ contains
 
     subroutine solve(self, increment, singular)
         class(banded_t), intent(inout) :: self
-        real(wp), intent(out) :: increment(:)
+        real(wp), intent(out), contiguous :: increment(:)
         integer, intent(out) :: singular
 
         increment = -self%r
@@ -97,8 +97,8 @@ contains
         class(banded_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: u(:)
-        real(wp), intent(out) :: r(:)
+        real(wp), intent(in), contiguous :: u(:)
+        real(wp), intent(out), contiguous :: r(:)
 
         r = self%r
     end subroutine residual

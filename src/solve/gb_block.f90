@@ -16,6 +16,7 @@ module gb_block
     use gb_element_lanes, only: at_slope, at_kappa, at_bubble, at_by_bubble, at_swing, at_mass, n_element, &
         n_kept, &
         n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw, condense_element, recover_middle
+    use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
     use gb_blocks_pair, only: n_triangle, n_kept_node, eliminate_node, back_substitute
     use gb_stage, only: stage_t
     use gb_system, only: system_t
@@ -43,8 +44,9 @@ module gb_block
         real(wp), allocatable :: kept(:, :, :)              !! of middle nodes (lanes, n_kept, slots)
         real(wp), allocatable :: kept_node(:, :, :)         !! of end nodes (2, n_kept_node, steps + 1)
         real(wp), allocatable :: work(:)                    !! accelerations (n)
-        real(wp) :: largest_residual(n_fields) = 0.0_wp     !! of a node
-        real(wp) :: largest_force(n_fields) = 0.0_wp        !! of an element on a node
+        real(wp) :: residuals(lanes, n_fields) = 0.0_wp     !! largest of a middle node
+        real(wp) :: end_residuals(pair, n_fields) = 0.0_wp  !! largest of an end node
+        real(wp) :: forces(lanes, n_fields) = 0.0_wp        !! largest of an element on an end node
         logical :: is_definite = .false.
         real(wp) :: force_factor = 1.0_wp                   !! of the stage
     contains
@@ -54,6 +56,8 @@ module gb_block
         procedure :: relative_residual
         procedure :: residual
         procedure :: mechanism
+        procedure :: strain_energy
+        procedure :: kinetic_energy
     end type block_t
 
 contains
@@ -189,7 +193,7 @@ contains
         class(block_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: u(:)
+        real(wp), intent(in), contiguous :: u(:)
         logical, intent(out) :: admissible
 
         call linearise(self, stage, u, admissible)
@@ -199,8 +203,8 @@ contains
         class(block_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: u(:)
-        real(wp), intent(out) :: r(:)
+        real(wp), intent(in), contiguous :: u(:)
+        real(wp), intent(out), contiguous :: r(:)
         logical :: admissible
 
         call linearise(self, stage, u, admissible, r)
@@ -212,9 +216,9 @@ contains
     subroutine linearise(self, stage, u, admissible, r)
         class(block_t), intent(inout) :: self
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: u(:)
+        real(wp), intent(in), contiguous :: u(:)
         logical, intent(out) :: admissible
-        real(wp), intent(out), optional :: r(:)     !! residual, unknown by unknown
+        real(wp), intent(out), optional, contiguous :: r(:)     !! residual, unknown by unknown
 
         self%force_factor = stage%force_factor
         if (stage%mass_factor > 0.0_wp) self%work = stage%mass_factor*(u - stage%u_mass)
@@ -232,11 +236,11 @@ contains
     !> From the ends of the beam to its middle, pass by pass.
     subroutine condense_and_eliminate(self, u, load, mass_factor, admissible, r)
         class(block_t), intent(inout) :: self
-        real(wp), intent(in) :: u(:)                !! where the internal force is evaluated
-        real(wp), intent(in) :: load(:)             !! external force
+        real(wp), intent(in), contiguous :: u(:)    !! where the internal force is evaluated
+        real(wp), intent(in), contiguous :: load(:) !! external force
         real(wp), intent(in) :: mass_factor         !! over the force factor
         logical, intent(out) :: admissible
-        real(wp), intent(out), optional :: r(:)
+        real(wp), intent(out), optional, contiguous :: r(:)
         real(wp) :: part(lanes, n_condensed, pass_slots), room(lanes), pivot(lanes)
         real(wp) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
         integer :: pass, s, first
@@ -248,8 +252,9 @@ contains
         k = 0.0_wp
         rhs = 0.0_wp
         raw = 0.0_wp
-        self%largest_residual = 0.0_wp
-        self%largest_force = 0.0_wp
+        self%residuals = 0.0_wp
+        self%end_residuals = 0.0_wp
+        self%forces = 0.0_wp
         do pass = 1, size(self%pass_step)
             first = self%pass_slot(pass)
             do s = first + 1, self%pass_slot(pass + 1)
@@ -270,18 +275,18 @@ contains
     subroutine condense_slot(self, slot, u, load, mass_factor, part, room, pivot)
         class(block_t), intent(inout) :: self
         integer, intent(in) :: slot
-        real(wp), intent(in) :: u(:), load(:), mass_factor
+        real(wp), intent(in), contiguous :: u(:), load(:)
+        real(wp), intent(in) :: mass_factor
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: room(lanes), pivot(lanes)
         real(wp) :: fields(lanes, 3*n_fields), a(lanes, 3*n_fields), f(lanes, n_fields)
         integer :: l, i, first
 
+        call gather(self, slot, u, fields)
+        call gather(self, slot, self%work, a)
         do l = 1, lanes
             first = n_node*(min(self%slot_first(slot) + l - 1, self%slot_last(slot)) - 1)
-            do i = 1, 3*n_fields
-                fields(l, i) = u(first + i)
-                a(l, i) = self%work(first + i)
-            end do
+            !GCC$ unroll 5
             do i = 1, n_fields
                 f(l, i) = load(first + n_fields + i)
             end do
@@ -289,10 +294,11 @@ contains
         call condense_element(self%pairs, self%has_middle, self%is_square, &
             self%constants(:, :, self%slot_constants(slot)), mass_factor, fields, a, f, part, &
             self%kept(:, :, slot), room, pivot)
+        !GCC$ unroll 5
         do i = 1, n_fields
-            self%largest_residual(i) = max(self%largest_residual(i), maxval(abs(part(:, at_raw + 5 + i))))
-            self%largest_force(i) = max(self%largest_force(i), maxval(abs(part(:, at_raw + i))), &
-                                        maxval(abs(part(:, at_raw + 10 + i))))
+            self%residuals(:, i) = max(self%residuals(:, i), abs(part(:, at_raw + n_fields + i)))
+            self%forces(:, i) = max(self%forces(:, i), abs(part(:, at_raw + i)), abs(part(:, at_raw &
+                + n_node + i)))
         end do
     end subroutine condense_slot
 
@@ -320,12 +326,13 @@ contains
     subroutine eliminate_pass(self, pass, part, f_external, k, rhs, raw, pivots)
         class(block_t), intent(inout) :: self
         integer, intent(in) :: pass
-        real(wp), intent(in) :: part(lanes, n_condensed, pass_slots), f_external(:)
+        real(wp), intent(in) :: part(lanes, n_condensed, pass_slots)
+        real(wp), intent(in), contiguous :: f_external(:)
         real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
         real(wp), dimension(pair, n_triangle) :: this_k, next_k
         real(wp), dimension(pair, n_fields) :: this_rhs, next_rhs, this_raw, next_raw
         real(wp) :: c(pair, n_fields, n_fields)
-        integer :: i, step, left, right
+        integer :: i, step, left, right, near, far
         logical :: is_alone
 
         do i = 1, (self%pass_elements(pass) + 1)/2
@@ -333,12 +340,18 @@ contains
             left = i - 1
             right = self%pass_elements(pass) - i
             is_alone = left == right
+            near = step - 1
+            far = self%n_elements + 1 - step
             call enter(part(:, :, left/lanes + 1), part(:, :, right/lanes + 1), modulo(left, lanes) + 1, &
-                       modulo(right, lanes) + 1, k, rhs, raw, this_k, this_rhs, this_raw, c, next_k, &
-                           next_rhs, next_raw)
-            call load_node(self, step - 1, step, 1, f_external, this_k, this_rhs, this_raw, c)
-            call load_node(self, self%n_elements + 1 - step, self%n_elements - step, 2, f_external, this_k, &
-                           this_rhs, this_raw, c)
+                modulo(right, lanes) + 1, f_external(n_node*near + 1:n_node*near + n_fields), &
+                f_external(n_node*far + 1:n_node*far + n_fields), k, rhs, raw, this_k, this_rhs, this_raw, &
+                c, next_k, next_rhs, next_raw)
+            if (self%has_support(near) .or. self%has_support(near + 1)) then
+                call support(self, near, near + 1, 1, this_k, this_rhs, this_raw, c)
+            end if
+            if (self%has_support(far) .or. self%has_support(far - 1)) then
+                call support(self, far, far - 1, 2, this_k, this_rhs, this_raw, c)
+            end if
             call eliminate_node(this_k, c, this_rhs, next_k, next_rhs, self%kept_node(:, :, step), pivots)
             if (is_alone) then
                 k(1, :) = next_k(1, :)
@@ -350,16 +363,19 @@ contains
                 rhs = next_rhs
                 raw = next_raw
             end if
-            self%largest_residual = max(self%largest_residual, abs(this_raw(1, :)), abs(this_raw(2, :)))
+            self%end_residuals = max(self%end_residuals, abs(this_raw))
         end do
     end subroutine eliminate_pass
 
-    !> The blocks of a step: what is carried plus the near end of the next element, its coupling, its far end.
-    !> The right element (part2, lane l2) is seen in the mirror.
-    pure subroutine enter(part1, part2, l1, l2, k, rhs, raw, this_k, this_rhs, this_raw, c, next_k, &
-        next_rhs, next_raw)
+    !> The blocks of a step: what is carried plus the near end of the next element less the external force
+    !> there (f1, f2), the element's coupling, its far end. The right element (part2, lane l2) is seen in the
+    !> mirror.
+    pure subroutine enter(part1, part2, l1, l2, f1, f2, k, rhs, raw, this_k, this_rhs, this_raw, c, next_k, &
+        next_rhs, &
+        next_raw)
         real(wp), intent(in) :: part1(lanes, n_condensed), part2(lanes, n_condensed)
         integer, intent(in) :: l1, l2
+        real(wp), intent(in) :: f1(n_fields), f2(n_fields)
         real(wp), intent(in) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields)
         real(wp), intent(out), dimension(pair, n_triangle) :: this_k, next_k
         real(wp), intent(out), dimension(pair, n_fields) :: this_rhs, next_rhs, this_raw, next_raw
@@ -368,41 +384,53 @@ contains
 
         !GCC$ unroll 15
         do j = 1, n_triangle
-            this_k(:, j) = k(:, j) + [part1(l1, at_ll + j), part2(l2, at_rr + j)]
-            next_k(:, j) = [part1(l1, at_rr + j), part2(l2, at_ll + j)]
+            this_k(1, j) = k(1, j) + part1(l1, at_ll + j)
+            this_k(2, j) = k(2, j) + part2(l2, at_rr + j)
+            next_k(1, j) = part1(l1, at_rr + j)
+            next_k(2, j) = part2(l2, at_ll + j)
         end do
         !GCC$ unroll 5
         do j = 1, n_fields
-            this_rhs(:, j) = rhs(:, j) + [part1(l1, at_l + j), part2(l2, at_r + j)]
-            next_rhs(:, j) = [part1(l1, at_r + j), part2(l2, at_l + j)]
-            this_raw(:, j) = raw(:, j) + [part1(l1, at_raw + j), part2(l2, at_raw + 10 + j)]
-            next_raw(:, j) = [part1(l1, at_raw + 10 + j), part2(l2, at_raw + j)]
+            this_rhs(1, j) = rhs(1, j) + (part1(l1, at_l + j) - f1(j))
+            this_rhs(2, j) = rhs(2, j) + (part2(l2, at_r + j) - f2(j))
+            next_rhs(1, j) = part1(l1, at_r + j)
+            next_rhs(2, j) = part2(l2, at_l + j)
+            this_raw(1, j) = raw(1, j) + (part1(l1, at_raw + j) - f1(j))
+            this_raw(2, j) = raw(2, j) + (part2(l2, at_raw + n_node + j) - f2(j))
+            next_raw(1, j) = part1(l1, at_raw + n_node + j)
+            next_raw(2, j) = part2(l2, at_raw + j)
             !GCC$ unroll 5
             do i = 1, n_fields
-                c(:, i, j) = [part1(l1, at_lr + 5*(j - 1) + i), part2(l2, at_lr + 5*(i - 1) + j)]
+                c(1, i, j) = part1(l1, at_lr + 5*(j - 1) + i)
+                c(2, i, j) = part2(l2, at_lr + 5*(i - 1) + j)
             end do
         end do
     end subroutine enter
 
-    !> The external force on a node and its supports, and those of the next node.
-    pure subroutine load_node(self, node, next, lane, f_external, k, rhs, raw, c)
+    !> Supports of a node, whose rows and columns turn into those of the identity, and of the next one.
+    pure subroutine support(self, node, next, lane, k, rhs, raw, c)
         class(block_t), intent(in) :: self
         integer, intent(in) :: node, next, lane
-        real(wp), intent(in) :: f_external(:)
         real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields)
         real(wp), intent(inout) :: c(pair, n_fields, n_fields)
-        integer :: i, first
+        integer :: i, j
 
-        first = n_node*node
-        rhs(lane, :) = rhs(lane, :) - f_external(first + 1:first + n_fields)
-        raw(lane, :) = raw(lane, :) - f_external(first + 1:first + n_fields)
         if (self%has_support(node)) then
             do i = 1, n_fields
                 if (.not. self%is_held(i, node)) cycle
-                call hold(i, k(lane, :))
+                do j = 1, i
+                    k(lane, i*(i - 1)/2 + j) = 0.0_wp
+                end do
+                do j = i, n_fields
+                    k(lane, j*(j - 1)/2 + i) = 0.0_wp
+                    c(lane, i, j) = 0.0_wp
+                end do
+                do j = 1, i
+                    c(lane, i, j) = 0.0_wp
+                end do
+                k(lane, i*(i + 1)/2) = 1.0_wp
                 rhs(lane, i) = 0.0_wp
                 raw(lane, i) = 0.0_wp
-                c(lane, i, :) = 0.0_wp
             end do
         end if
         if (self%has_support(next)) then
@@ -410,19 +438,7 @@ contains
                 if (self%is_held(i, next)) c(lane, :, i) = 0.0_wp
             end do
         end if
-    end subroutine load_node
-
-    !> Turn a row and column of a block into those of the identity.
-    pure subroutine hold(i, k)
-        integer, intent(in) :: i
-        real(wp), intent(inout) :: k(n_triangle)
-        integer :: j
-
-        do j = 1, n_fields
-            k(max(i, j)*(max(i, j) - 1)/2 + min(i, j)) = 0.0_wp
-        end do
-        k(i*(i + 1)/2) = 1.0_wp
-    end subroutine hold
+    end subroutine support
 
     !> The node in which both ends meet; both lanes do the same.
     subroutine eliminate_last(self, f_external, k, rhs, raw, pivots)
@@ -430,17 +446,21 @@ contains
         real(wp), intent(in) :: f_external(:)
         real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
         real(wp) :: c(pair, n_fields, n_fields), next_k(pair, n_triangle), next_rhs(pair, n_fields)
-        integer :: steps, lane
+        integer :: steps, lane, i
 
         steps = (self%n_elements + 1)/2
-        k = spread(k(1, :) + k(2, :), 1, pair)
-        rhs = spread(rhs(1, :) + rhs(2, :), 1, pair)
-        raw = spread(raw(1, :) + raw(2, :), 1, pair)
+        do i = 1, n_triangle
+            k(:, i) = k(1, i) + k(2, i)
+        end do
+        do i = 1, n_fields
+            rhs(:, i) = rhs(1, i) + rhs(2, i) - f_external(n_node*steps + i)
+            raw(:, i) = raw(1, i) + raw(2, i) - f_external(n_node*steps + i)
+        end do
         c = 0.0_wp
         do lane = 1, pair
-            call load_node(self, steps, steps, lane, f_external, k, rhs, raw, c)
+            call support(self, steps, steps, lane, k, rhs, raw, c)
         end do
-        self%largest_residual = max(self%largest_residual, abs(raw(1, :)))
+        self%end_residuals = max(self%end_residuals, abs(raw))
         next_k = 0.0_wp
         next_rhs = 0.0_wp
         call eliminate_node(k, c, rhs, next_k, next_rhs, self%kept_node(:, :, steps + 1), pivots)
@@ -449,7 +469,7 @@ contains
     !> Back from the middle of the beam to its ends, and from the ends of the elements to their middles.
     subroutine solve(self, increment, singular)
         class(block_t), intent(inout) :: self
-        real(wp), intent(out) :: increment(:)
+        real(wp), intent(out), contiguous :: increment(:)
         integer, intent(out) :: singular
         real(wp) :: x(pair, n_fields), next(pair, n_fields)
         integer :: step, steps, right, s
@@ -508,12 +528,88 @@ contains
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
         real(wp) :: forces
+        integer :: i
 
-        relative_residual = maxval(self%largest_residual*system%field_scale)
-        forces = maxval(self%largest_force*system%field_scale)
+        relative_residual = 0.0_wp
+        forces = 0.0_wp
+        do i = 1, n_fields
+            relative_residual = max(relative_residual, system%field_scale(i) &
+                *max(maxval(self%residuals(:, i)), maxval(self%end_residuals(:, i))))
+            forces = max(forces, system%field_scale(i)*maxval(self%forces(:, i)))
+        end do
         ! Where nothing but inertia acts, the residual is all there is.
         if (relative_residual > 0.0_wp) relative_residual = relative_residual/max(forces, relative_residual)
     end function relative_residual
+
+    !> Strain energy [F L] of the state u. Not admissible: energy is meaningless.
+    pure subroutine strain_energy(self, u, energy, admissible)
+        class(block_t), intent(in) :: self
+        real(wp), intent(in), contiguous :: u(:)
+        real(wp), intent(out) :: energy
+        logical, intent(out) :: admissible
+        real(wp) :: fields(lanes, 3*n_fields), part(lanes), room(lanes)
+        integer :: s
+
+        energy = 0.0_wp
+        room = 1.0_wp
+        do s = 1, size(self%slot_first)
+            call gather(self, s, u, fields)
+            call stored_energy(self%pairs, self%has_middle, self%is_square, &
+                self%constants(:, :, self%slot_constants(s)), fields, part, room)
+            energy = energy + sum(part(:self%slot_last(s) - self%slot_first(s) + 1))
+        end do
+        admissible = all(room > 0.0_wp)
+    end subroutine strain_energy
+
+    !> Kinetic energy of the velocities v [F L].
+    pure real(wp) function kinetic_energy(self, v)
+        class(block_t), intent(in) :: self
+        real(wp), intent(in), contiguous :: v(:)
+        real(wp) :: fields(lanes, 3*n_fields), part(lanes)
+        integer :: s
+
+        kinetic_energy = 0.0_wp
+        do s = 1, size(self%slot_first)
+            call gather(self, s, v, fields)
+            call lane_kinetic_energy(self%constants(:, :, self%slot_constants(s)), fields, part)
+            kinetic_energy = kinetic_energy + sum(part(:self%slot_last(s) - self%slot_first(s) + 1))
+        end do
+    end function kinetic_energy
+
+    !> The first so many unknowns of consecutive elements, side by side.
+    pure subroutine take_lanes(count, u, fields)
+        integer, intent(in) :: count
+        real(wp), intent(in) :: u(*)
+        real(wp), intent(out) :: fields(lanes, count)
+        integer :: l, i
+
+        do i = 1, count
+            do l = 1, lanes
+                fields(l, i) = u(n_node*(l - 1) + i)
+            end do
+        end do
+    end subroutine take_lanes
+
+    !> The fields of a slot's elements, side by side.
+    pure subroutine gather(self, slot, u, fields)
+        class(block_t), intent(in) :: self
+        integer, intent(in) :: slot
+        real(wp), intent(in), contiguous :: u(:)
+        real(wp), intent(out) :: fields(lanes, 3*n_fields)
+        integer :: l, i, first
+
+        first = n_node*(self%slot_first(slot) - 1)
+        if (self%slot_last(slot) - self%slot_first(slot) + 1 == lanes) then
+            call take_lanes(3*n_fields, u(first + 1:), fields)
+        else
+            do l = 1, lanes
+                do i = 1, 3*n_fields
+                    fields(l, i) = u(first + i)
+                end do
+                if (self%slot_first(slot) + l <= self%slot_last(slot)) first = first + n_node
+            end do
+        end if
+    end subroutine gather
 
     !> Pivots that vanish are another solver's matter (`solve`).
     integer function mechanism(self)

@@ -24,7 +24,7 @@ module gb_linearised
             class(linearised_t), intent(inout) :: self
             type(system_t), intent(in) :: system
             type(stage_t), intent(in) :: stage
-            real(wp), intent(in) :: u(:)
+            real(wp), intent(in), contiguous :: u(:)
             logical, intent(out) :: admissible
         end subroutine evaluate_i
 
@@ -33,7 +33,7 @@ module gb_linearised
         subroutine solve_i(self, increment, singular)
             import :: linearised_t, wp
             class(linearised_t), intent(inout) :: self
-            real(wp), intent(out) :: increment(:)
+            real(wp), intent(out), contiguous :: increment(:)
             integer, intent(out) :: singular
         end subroutine solve_i
 
@@ -52,8 +52,8 @@ module gb_linearised
             class(linearised_t), intent(inout) :: self
             type(system_t), intent(in) :: system
             type(stage_t), intent(in) :: stage
-            real(wp), intent(in) :: u(:)
-            real(wp), intent(out) :: r(:)
+            real(wp), intent(in), contiguous :: u(:)
+            real(wp), intent(out), contiguous :: r(:)
         end subroutine residual_i
 
         !> After `solve`: the unknown of a pivot that vanishes but for rounding, a mechanism's; 0 where there

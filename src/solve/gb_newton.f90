@@ -13,6 +13,7 @@ module gb_newton
     use gb_stage, only: stage_t
     use gb_linearised, only: linearised_t
     use gb_banded, only: banded_t
+    use gb_norms, only: largest_values
     use gb_block, only: block_t
     implicit none
     private
@@ -49,6 +50,8 @@ module gb_newton
         procedure :: set_up
         procedure :: solve
         procedure :: prepare_banded
+        procedure :: strain_energy
+        procedure :: kinetic_energy
     end type newton_t
 
     !> Fields smaller than this part of their natural size (beam length, 1, 1/h) count as that large.
@@ -61,6 +64,9 @@ module gb_newton
     real(wp), parameter :: slow_part = 0.1_wp
     !> An estimated increment must be below this part of the tolerance.
     real(wp), parameter :: margin = 0.1_wp
+    !> Where rounding is looked for: increments below this part of the fields, or after so many iterations.
+    real(wp), parameter :: small_part = 1.0e-4_wp
+    integer, parameter :: late = 6
     integer, parameter :: max_halvings = 40
 
 contains
@@ -91,14 +97,42 @@ contains
         if (.not. allocated(self%banded%r)) call self%banded%set_up(system, self%is_symmetric)
     end subroutine prepare_banded
 
+    !> Strain energy [F L] of the state u, by the solver in use. Not admissible: energy is meaningless.
+    pure subroutine strain_energy(self, system, u, energy, admissible)
+        class(newton_t), intent(in) :: self
+        type(system_t), intent(in) :: system
+        real(wp), intent(in), contiguous :: u(:)
+        real(wp), intent(out) :: energy
+        logical, intent(out) :: admissible
+
+        if (self%has_block) then
+            call self%block%strain_energy(u, energy, admissible)
+        else
+            call system%strain_energy(u, energy, admissible)
+        end if
+    end subroutine strain_energy
+
+    !> Kinetic energy [F L] of velocities v at the state u.
+    pure real(wp) function kinetic_energy(self, system, u, v)
+        class(newton_t), intent(in) :: self
+        type(system_t), intent(in) :: system
+        real(wp), intent(in), contiguous :: u(:), v(:)
+
+        if (self%has_block) then
+            kinetic_energy = self%block%kinetic_energy(v)
+        else
+            kinetic_energy = system%kinetic_energy(u, v)
+        end if
+    end function kinetic_energy
+
     !> Solve R(u) = 0 from the guess u or, where that is not admissible, from the state `origin` with the held
     !> unknowns of the guess. Where the outcome is not newton_converged, u is worthless.
     subroutine solve(self, system, stage, origin, u, report)
         class(newton_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: origin(:)           !! (n)
-        real(wp), intent(inout) :: u(:)             !! guess in, solution out (n)
+        real(wp), intent(in), contiguous :: origin(:)           !! (n)
+        real(wp), intent(inout), contiguous :: u(:)             !! guess in, solution out (n)
         type(newton_report_t), intent(out) :: report
         real(wp), allocatable :: guess(:)
         integer :: spent
@@ -127,9 +161,9 @@ contains
         class(linearised_t), intent(inout) :: tangent
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: origin(:)
+        real(wp), intent(in), contiguous :: origin(:)
         logical, intent(in) :: searching
-        real(wp), intent(inout) :: u(:)
+        real(wp), intent(inout), contiguous :: u(:)
         type(newton_report_t), intent(out) :: report
         real(wp) :: increments(self%max_iterations), last, curvature, remembered
         logical :: can_estimate
@@ -148,10 +182,7 @@ contains
             call find_increment(self, tangent, system, increments(iteration), report)
             if (report%outcome /= newton_slow) exit
             report%iterations = iteration
-            ! An increment that starts small, or no longer shrinks, may be made of rounding alone: it is left
-            ! out.
-            if (increments(iteration) <= merge(self%tolerance, huge(last), iteration == 1) .and. &
-                increments(iteration) > slow_part*last) then
+            if (may_be_rounding(self, iteration, increments(iteration), last)) then
                 if (is_round_off(tangent, system, stage, u)) then
                     report%outcome = newton_converged
                     report%iterations = iteration - 1
@@ -181,8 +212,8 @@ contains
         class(linearised_t), intent(inout) :: tangent
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: origin(:)
-        real(wp), intent(inout) :: u(:)
+        real(wp), intent(in), contiguous :: origin(:)
+        real(wp), intent(inout), contiguous :: u(:)
         type(newton_report_t), intent(out) :: report
         logical :: admissible
 
@@ -196,6 +227,20 @@ contains
         allocate (report%increments(0), report%rejected(size(u)))
         call stage%evaluation_point(u, report%rejected)
     end subroutine start
+
+    !> Whether an increment may be made of rounding alone, and is to be left out then: it starts below the
+    !> tolerance, or it is small, or late, and no longer shrinks.
+    pure logical function may_be_rounding(self, iteration, increment, last)
+        class(newton_t), intent(in) :: self
+        integer, intent(in) :: iteration
+        real(wp), intent(in) :: increment, last
+
+        if (iteration == 1) then
+            may_be_rounding = increment <= self%tolerance
+        else
+            may_be_rounding = increment > slow_part*last .and. (increment < small_part .or. iteration > late)
+        end if
+    end function may_be_rounding
 
     !> Whether an increment or (estimating) the one that quadratic convergence would bring next is below the
     !> tolerance.
@@ -229,7 +274,6 @@ contains
             return
         end if
         norm = largest_values(self%increment)
-        ! Written so that a NaN does not pass.
         if (.not. all(norm <= largest_part*max(system%field_scale, self%largest))) then
             report%singular_unknown = tangent%mechanism()
             report%outcome = merge(newton_singular, newton_diverged, report%singular_unknown > 0)
@@ -238,25 +282,11 @@ contains
         largest = maxval(norm/self%largest)
     end subroutine find_increment
 
-    !> Largest absolute value of each field; NaN where one is.
-    pure function largest_values(u) result(largest)
-        real(wp), intent(in) :: u(:)
-        real(wp) :: largest(n_fields)
-        integer :: i, field
-
-        largest = 0.0_wp
-        do i = 0, size(u) - n_fields, n_fields
-            do field = 1, n_fields
-                if (.not. abs(u(i + field)) <= largest(field)) largest(field) = abs(u(i + field))
-            end do
-        end do
-    end function largest_values
-
     !> Keep the largest value of every field so far.
     pure subroutine widen(self, system, u)
         class(newton_t), intent(inout) :: self
         type(system_t), intent(in) :: system
-        real(wp), intent(in) :: u(:)
+        real(wp), intent(in), contiguous :: u(:)
 
         self%largest = max(self%largest, largest_values(u), smallest_part*system%field_scale)
     end subroutine widen
@@ -268,7 +298,7 @@ contains
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
         logical, intent(in) :: searching
-        real(wp), intent(inout) :: u(:)
+        real(wp), intent(inout), contiguous :: u(:)
         real(wp), intent(inout) :: last             !! made 0 where the increment is not taken whole
         type(newton_report_t), intent(inout) :: report
         real(wp) :: part, slope, merit, trial_merit
@@ -303,7 +333,7 @@ contains
     !> Where a state's internal force is evaluated.
     pure function evaluated(stage, u) result(u_e)
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: u(:)
+        real(wp), intent(in), contiguous :: u(:)
         real(wp) :: u_e(size(u))
 
         call stage%evaluation_point(u, u_e)
@@ -314,7 +344,7 @@ contains
         class(linearised_t), intent(inout) :: tangent
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: u(:)
+        real(wp), intent(in), contiguous :: u(:)
         real(wp), allocatable :: r(:), bound(:)
 
         allocate (r(system%n), bound(system%n))
@@ -329,7 +359,7 @@ contains
         class(newton_t), intent(in) :: self
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in) :: u(:)
+        real(wp), intent(in), contiguous :: u(:)
         real(wp), intent(out) :: merit
         real(wp), intent(out), optional :: slope
         real(wp), allocatable :: drag(:)

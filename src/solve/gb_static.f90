@@ -56,7 +56,7 @@ contains
         reaction = last_change(external%motion%unknown) - start*force(external%motion%unknown)
         last_change = 0.0_wp
         step%abscissa = start
-        call system%strain_energy(state%u, step%strain, admissible)
+        call newton%strain_energy(system, state%u, step%strain, admissible)
         call recorder%record_step(step, state, error)
         if (allocated(error)) return
         do i = 1, task%steps
@@ -103,7 +103,7 @@ contains
             step%progress = real(i, wp)/real(task%steps, wp)
             step%residual = report%residual
             step%increments = report%increments
-            call system%strain_energy(state%u, step%strain, admissible)
+            call newton%strain_energy(system, state%u, step%strain, admissible)
             call recorder%record_step(step, state, error)
             if (allocated(error)) return
         end do

@@ -83,7 +83,7 @@ contains
         state%time = 0.0_wp
         call restart(self, system, external, state, error)
         if (allocated(error)) return
-        call system%strain_energy(state%u, self%strain, admissible)
+        call self%newton%strain_energy(system, state%u, self%strain, admissible)
         if (self%scheme%is_explicit) call measure_limit(self, system, state)
         self%trial = state
         self%previous = state
@@ -101,10 +101,10 @@ contains
         logical :: admissible
 
         if (external%motion%is_driven()) then
-            call system%strain_energy(state%u, before, admissible)
+            call self%newton%strain_energy(system, state%u, before, admissible)
             call external%motion%restart(state%time, self%span, state, error)
             if (allocated(error)) return
-            call system%strain_energy(state%u, after, admissible)
+            call self%newton%strain_energy(system, state%u, after, admissible)
             if (admissible .and. state%time > 0.0_wp) self%external = self%external + after - before
             if (admissible) self%strain = after
         end if
@@ -159,7 +159,7 @@ contains
             if (number < self%scheme%stages) self%previous = self%trial
         end do
         ! A scheme that balances forces elsewhere than at the end of the step may still end beyond the limits.
-        call system%strain_energy(self%trial%u, self%trial_strain, is_solved)
+        call self%newton%strain_energy(system, self%trial%u, self%trial_strain, is_solved)
         if (.not. is_solved) then
             self%report%outcome = newton_inadmissible
             self%report%rejected = self%trial%u
@@ -435,7 +435,7 @@ contains
         if (self%scheme%is_explicit) then
             kinetic = 0.5_wp*sum(self%lumped*state%v**2)
         else
-            kinetic = system%kinetic_energy(state%u, state%v)
+            kinetic = self%newton%kinetic_energy(system, state%u, state%v)
         end if
     end function kinetic
 

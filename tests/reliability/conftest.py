@@ -67,6 +67,12 @@ def meddler(tmp_path_factory):
     return environment
 
 
+def is_sanitized():
+    """Whether the program is built with the address sanitizer."""
+    path = os.environ.get("GENTBEAM", "")
+    return os.path.isfile(path) and b"__asan_init" in Path(path).read_bytes()
+
+
 class Program:
     """The program in a folder of its own."""
 

@@ -4,7 +4,8 @@
                       of a page as in the kernel, which looks for a kill between pages
    MEDDLER_FAIL=N     the N-th call fails, and all after it but close, with the error MEDDLER_ERROR (a number of errno)
    MEDDLER_ONCE=1     only the N-th call fails
-   MEDDLER_COUNT=F    at the end the number of calls is written to the file F
+   MEDDLER_MEMORY=N   the N-th request for a kilobyte of memory or more is refused
+   MEDDLER_COUNT=F    at the end the numbers of calls and of such requests are written to the file F
    MEDDLER_CLOCK=X    the monotonic clock runs X times faster
    MEDDLER_TICK=X     the monotonic clock goes on by X seconds whenever it is asked, and only then: every run of a deck
                       does the same at the same step
@@ -24,7 +25,7 @@
 #include <time.h>
 #include <unistd.h>
 
-static long calls, kill_at, fail_at;
+static long calls, kill_at, fail_at, requests, refuse_at;
 static int error_number, only_once, has_begun;
 static double clock_factor, tick;
 static long ticks;
@@ -40,6 +41,7 @@ __attribute__((constructor)) static void read_orders(void)
 {
     kill_at = (long)number("MEDDLER_KILL", 0);
     fail_at = (long)number("MEDDLER_FAIL", 0);
+    refuse_at = (long)number("MEDDLER_MEMORY", 0);
     error_number = (int)number("MEDDLER_ERROR", EIO);
     only_once = (int)number("MEDDLER_ONCE", 0);
     clock_factor = number("MEDDLER_CLOCK", 1);
@@ -52,7 +54,7 @@ __attribute__((destructor)) static void report(void)
     FILE *file = name ? fopen(name, "w") : NULL;
 
     if (file) {
-        fprintf(file, "%ld\n", calls);
+        fprintf(file, "%ld %ld\n", calls, requests);
         fclose(file);
     }
 }
@@ -186,6 +188,17 @@ int close(int file)
     if (fails)
         errno = error_number;
     return fails ? -1 : 0;
+}
+
+void *__libc_malloc(size_t size);
+
+void *malloc(size_t size)
+{
+    if (has_begun && size >= 1024 && ++requests == refuse_at) {
+        errno = ENOMEM;
+        return NULL;
+    }
+    return __libc_malloc(size);
 }
 
 int clock_gettime(clockid_t clock, struct timespec *time)

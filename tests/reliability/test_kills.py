@@ -5,6 +5,7 @@ import random
 import subprocess
 import sys
 import time
+from collections import Counter
 
 import h5py
 import pytest
@@ -42,9 +43,13 @@ def kill_at_random(program, reference, meddler, text, source, latest):
 
 
 def duration(program, environment, text):
-    start = time.monotonic()
-    assert program.run(text, env=environment) == (0, "")
-    return time.monotonic() - start
+    """The shortest of three runs, whatever else the machine is doing."""
+    times = []
+    for _ in range(3):
+        start = time.monotonic()
+        assert program.run(text, env=environment) == (0, "")
+        times.append(time.monotonic() - start)
+    return min(times)
 
 
 def kill_often(program, references, meddler, count, seed):
@@ -80,7 +85,7 @@ def test_many_kills_at_random_instants(program, references, meddler):
 def count_calls(program, environment, text):
     name = program.folder / "count"
     assert program.run(text, env={**environment, "MEDDLER_COUNT": str(name)}) == (0, "")
-    number = int(name.read_text())
+    number = int(name.read_text().split()[0])
     name.unlink()
     return number
 
@@ -95,7 +100,7 @@ def test_kill_at_every_write(program, references, meddler):
     """The process dies at every single call that changes a file, from the first one on; writes are torn."""
     text = deck(MIDDLE)
     reference = references(text)
-    environment = meddler(tick=0.005)
+    environment = meddler(tick=0.004)
     calls = count_calls(program, environment, text)
     older = older_results(program)
     kinds = []
@@ -110,7 +115,7 @@ def test_kill_at_every_write(program, references, meddler):
         if number % 10 == 1:
             assert program.run(text) == (0, "")
             assert check_whole(program.results, reference)[0] == "complete" and not program.part.exists()
-    print(number, kinds)
+    print(number, Counter(kinds))
     assert number >= 0.8 * calls >= 20
     assert kinds[0] == ("old", 0)
     assert len({kind for kind in kinds if kind[0] == "running"}) >= 3

@@ -1,0 +1,48 @@
+!> How much memory a run will take: measured (tests/reliability/test_memory.py holds it to that), not counted.
+module gb_needs
+    use gb_kinds, only: i8
+    use gb_problem, only: problem_t, task_modal
+    implicit none
+    private
+
+    public :: memory_needed
+
+    !> Bytes a node: a part of its own, and for every node of an element its place in the band of the
+    !> equations. Some methods keep a general matrix beside the symmetric one.
+    integer(i8), parameter :: symmetric_own = 1400_i8, symmetric_band = 650_i8
+    integer(i8), parameter :: general_own = 2300_i8, general_band = 1000_i8
+    integer(i8), parameter :: mode_bytes = 160_i8          !! of every natural mode that is looked for
+    integer(i8), parameter :: program_bytes = 16000000_i8  !! without any model
+
+contains
+
+    !> Bytes that the commands of a problem need at most, about.
+    pure integer(i8) function memory_needed(problem) result(bytes)
+        type(problem_t), intent(in) :: problem
+        integer(i8) :: a_node, most
+        integer :: i, width
+
+        most = 0
+        width = maxval(problem%model%mesh%nodes)
+        do i = 1, size(problem%tasks)
+            a_node = symmetric_own + symmetric_band*width
+            if (problem%tasks(i)%kind == task_modal) then
+                a_node = general_own + general_band*width + mode_bytes*problem%tasks(i)%count
+            else if (is_general(problem, i)) then
+                a_node = general_own + general_band*width
+            end if
+            most = max(most, a_node)
+        end do
+        bytes = program_bytes + most*problem%model%mesh%n_nodes()
+    end function memory_needed
+
+    !> Whether a command's tangent is not symmetric.
+    pure logical function is_general(problem, number)
+        type(problem_t), intent(in) :: problem
+        integer, intent(in) :: number
+
+        is_general = .false.
+        if (allocated(problem%tasks(number)%scheme)) is_general = problem%tasks(number)%scheme == 'energy'
+    end function is_general
+
+end module gb_needs

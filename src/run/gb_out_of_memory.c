@@ -1,0 +1,42 @@
+/* Stands before C's memory routines in the program (not in the library). */
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+/* Memory that is refused ends the program with a sentence and the exit status of a deck that asks for too much,
+   wherever in the program or its libraries that happens: Fortran's assignments and temporary arrays do not ask
+   whether they got any. The linker puts these in the place of C's (src/CMakeLists.txt). */
+static void *got(void *memory, size_t size)
+{
+    char said[200];
+    int length;
+
+    if (memory || size == 0)
+        return memory;
+    length = snprintf(said, sizeof said,
+                      "gentbeam: error: out of memory: the system refuses another %.3g %s; a smaller model needs less, "
+                      "and limits may be set for this job\n",
+                      size < 1000000 ? 1e-3 * (double)size : 1e-6 * (double)size, size < 1000000 ? "kB" : "MB");
+    if (write(STDERR_FILENO, said, (size_t)length) < 0)
+        _exit(1);
+    _exit(1);
+}
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *memory, size_t size);
+
+void *__wrap_malloc(size_t size)
+{
+    return got(__real_malloc(size), size);
+}
+
+void *__wrap_calloc(size_t count, size_t size)
+{
+    return got(__real_calloc(count, size), count * size);
+}
+
+void *__wrap_realloc(void *memory, size_t size)
+{
+    return got(__real_realloc(memory, size), size);
+}
