@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -285,7 +286,7 @@ def test_valgrind_finds_nothing(prefix, tmp_path):
             text=True,
             check=False,
         )
-        if "unhandled instruction" in done.stderr:
+        if done.returncode == -signal.SIGILL:
             pytest.skip("valgrind does not know this processor's instructions")
         assert done.returncode == status, done.stderr
 
