@@ -2,13 +2,16 @@
 module gb_needs
     use gb_kinds, only: i8
     use gb_problem, only: problem_t, task_modal
+    use gb_solver_choice, only: solver_lapack, block_obstacle
     implicit none
     private
 
     public :: memory_needed
 
     !> Bytes a node: a part of its own, and for every node of an element its place in the band of the
-    !> equations. Some methods keep a general matrix beside the symmetric one.
+    !> equations. Some methods keep a general matrix beside the symmetric one; the explicit scheme and the
+    !> block solver have no band.
+    integer(i8), parameter :: explicit_own = 1150_i8, block_own = 1500_i8
     integer(i8), parameter :: symmetric_own = 1400_i8, symmetric_band = 650_i8
     integer(i8), parameter :: general_own = 2300_i8, general_band = 1000_i8
     integer(i8), parameter :: strain_bytes = 300_i8, stress_bytes = 300_i8  !! where they are kept
@@ -27,7 +30,11 @@ contains
         width = maxval(problem%model%mesh%nodes)
         do i = 1, size(problem%tasks)
             a_node = symmetric_own + symmetric_band*width
-            if (problem%tasks(i)%kind == task_modal) then
+            if (is_explicit(problem, i)) then
+                a_node = explicit_own
+            else if (has_block(problem, i)) then
+                a_node = block_own
+            else if (problem%tasks(i)%kind == task_modal) then
                 a_node = general_own + general_band*width + mode_bytes*problem%tasks(i)%count
             else if (is_general(problem, i)) then
                 a_node = general_own + general_band*width
@@ -38,6 +45,25 @@ contains
         if (problem%output%stress) most = most + stress_bytes
         bytes = program_bytes + most*problem%model%mesh%n_nodes()
     end function memory_needed
+
+    pure logical function is_explicit(problem, number)
+        type(problem_t), intent(in) :: problem
+        integer, intent(in) :: number
+
+        is_explicit = .false.
+        if (allocated(problem%tasks(number)%scheme)) is_explicit = problem%tasks(number)%scheme == 'central'
+    end function is_explicit
+
+    !> Whether the block solver does a command. (Where it fails, LAPACK's takes its memory then.)
+    pure logical function has_block(problem, number)
+        type(problem_t), intent(in) :: problem
+        integer, intent(in) :: number
+
+        has_block = .false.
+        if (problem%tasks(number)%kind == task_modal .or. is_general(problem, number)) return
+        if (problem%tasks(number)%solver == solver_lapack) return
+        has_block = len(block_obstacle(problem%model)) == 0
+    end function has_block
 
     !> Whether a command's tangent is not symmetric.
     pure logical function is_general(problem, number)

@@ -50,10 +50,10 @@ contains
         self%r = self%force - stage%f_external
         if (stage%force_factor < 1.0_wp) self%k%a = stage%force_factor*self%k%a
         if (stage%mass_factor > 0.0_wp) then
-            call system%add_inertia(self%u_e, stage%damping_factor*(u - stage%u_damping), &
-                                    stage%mass_factor*(u - stage%u_mass), &
-                                    [stage%force_factor, stage%damping_factor, stage%mass_factor], self%r, &
-                                    self%k)
+            self%work = 0.0_wp
+            if (stage%needs_velocity) self%work = stage%damping_factor*(u - stage%u_damping)
+            call system%add_inertia(self%u_e, self%work, stage%mass_factor*(u - stage%u_mass), &
+                [stage%force_factor, stage%damping_factor, stage%mass_factor], self%r, self%k)
             if (allocated(system%damping%a)) then
                 call system%damping%multiply(u - stage%u_damping, self%work)
                 self%r = self%r + stage%damping_factor*self%work

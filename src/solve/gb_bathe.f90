@@ -41,18 +41,19 @@ contains
         real(wp) :: half
 
         stage%force_factor = 1.0_wp
-        stage%u_start = committed%u
         if (number == 1) then
             half = 0.5_wp*dt
             stage%mass_factor = 4.0_wp/half**2
             stage%u_mass = committed%u + half*committed%v + (0.25_wp*half**2)*committed%a
             stage%damping_factor = 2.0_wp/half
-            stage%u_damping = committed%u + (0.5_wp*half)*committed%v
+            if (stage%needs_velocity) stage%u_damping = committed%u + (0.5_wp*half)*committed%v
         else
             stage%damping_factor = 1.0_wp/(self%q2*dt)
-            stage%u_damping = committed%u + dt*(self%q0*committed%v + self%q1*previous%v)
+            if (stage%needs_velocity) then
+                stage%u_damping = committed%u + dt*(self%q0*committed%v + self%q1*previous%v)
+            end if
             stage%mass_factor = stage%damping_factor**2
-            stage%u_mass = stage%u_damping + (self%q2*dt) &
+            stage%u_mass = committed%u + dt*(self%q0*committed%v + self%q1*previous%v) + (self%q2*dt) &
                            *(committed%v + dt*(self%q0*committed%a + self%q1*previous%a))
         end if
     end subroutine set_stage

@@ -43,7 +43,6 @@ module gb_block
         logical, allocatable :: has_support(:)              !! any of them (0:n_elements)
         real(wp), allocatable :: kept(:, :, :)              !! of middle nodes (lanes, n_kept, slots)
         real(wp), allocatable :: kept_node(:, :, :)         !! of end nodes (2, n_kept_node, steps + 1)
-        real(wp), allocatable :: work(:)                    !! accelerations (n)
         real(wp) :: residuals(lanes, n_fields) = 0.0_wp     !! largest of a middle node
         real(wp) :: end_residuals(pair, n_fields) = 0.0_wp  !! largest of an end node
         real(wp) :: forces(lanes, n_fields) = 0.0_wp        !! largest of an element on an end node
@@ -87,8 +86,6 @@ contains
         end do
         allocate (self%kept(lanes, n_kept, size(self%slot_first)))
         allocate (self%kept_node(pair, n_kept_node, (n + 1)/2 + 1))
-        allocate (self%work(system%n))
-        self%work = 0.0_wp
     end subroutine set_up
 
     !> Cut the beam into passes and these into slots.
@@ -137,19 +134,23 @@ contains
     subroutine build_constants(self, system)
         class(block_t), intent(inout) :: self
         type(system_t), intent(in) :: system
-        real(wp) :: constants(lanes, n_element), last(lanes, n_element)
+        real(wp) :: constants(lanes, n_element), last(lanes, n_element), blur
         integer :: round, s, sets
 
+        ! Lengths of elements are differences of coordinates, and known no better than these.
+        blur = 2.0_wp*epsilon(1.0_wp)*system%field_scale(1)/minval(2.0_wp*system%half_length)
         ! The first round counts the sets, the second one fills them in.
         do round = 1, 2
             sets = 0
             last = -1.0_wp
             do s = 1, size(self%slot_first)
                 call slot_constants(self, system, s, constants)
-                if (any(abs(constants - last) > 0.0_wp)) sets = sets + 1
-                last = constants
+                if (any(abs(constants - last) > blur*abs(last))) then
+                    sets = sets + 1
+                    last = constants
+                    if (round == 2) self%constants(:, :, sets) = constants
+                end if
                 self%slot_constants(s) = sets
-                if (round == 2) self%constants(:, :, sets) = constants
             end do
             if (round == 1) allocate (self%constants(lanes, n_element, sets))
         end do
@@ -221,31 +222,29 @@ contains
         real(wp), intent(out), optional, contiguous :: r(:)     !! residual, unknown by unknown
 
         self%force_factor = stage%force_factor
-        if (stage%mass_factor > 0.0_wp) self%work = stage%mass_factor*(u - stage%u_mass)
         associate (factor => stage%force_factor)
             if (factor < 1.0_wp) then
-                call condense_and_eliminate(self, stage%u_start + factor*(u - stage%u_start), &
-                    stage%f_external, &
-                    stage%mass_factor/factor, admissible, r)
+                call condense_and_eliminate(self, stage, stage%u_start + factor*(u - stage%u_start), u, &
+                    admissible, r)
             else
-                call condense_and_eliminate(self, u, stage%f_external, stage%mass_factor, admissible, r)
+                call condense_and_eliminate(self, stage, u, u, admissible, r)
             end if
         end associate
     end subroutine linearise
 
     !> From the ends of the beam to its middle, pass by pass.
-    subroutine condense_and_eliminate(self, u, load, mass_factor, admissible, r)
+    subroutine condense_and_eliminate(self, stage, u_e, u, admissible, r)
         class(block_t), intent(inout) :: self
-        real(wp), intent(in), contiguous :: u(:)    !! where the internal force is evaluated
-        real(wp), intent(in), contiguous :: load(:) !! external force
-        real(wp), intent(in) :: mass_factor         !! over the force factor
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in), contiguous :: u_e(:)  !! where the internal force is evaluated
+        real(wp), intent(in), contiguous :: u(:)
         logical, intent(out) :: admissible
         real(wp), intent(out), optional, contiguous :: r(:)
         real(wp) :: part(lanes, n_condensed, pass_slots), room(lanes), pivot(lanes)
         real(wp) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
         integer :: pass, s, first
 
-        if (present(r)) r = -load
+        if (present(r)) r = -stage%f_external
         room = 1.0_wp
         pivot = 1.0_wp
         pivots = 1.0_wp
@@ -258,42 +257,41 @@ contains
         do pass = 1, size(self%pass_step)
             first = self%pass_slot(pass)
             do s = first + 1, self%pass_slot(pass + 1)
-                call condense_slot(self, s, u, load, mass_factor, part(:, :, s - first), room, pivot)
+                call condense_slot(self, s, stage, u_e, u, part(:, :, s - first), room, pivot)
                 if (present(r)) call gather_residual(self, s, part(:, :, s - first), r)
             end do
             admissible = all(room > 0.0_wp)
             if (.not. admissible) return
-            call eliminate_pass(self, pass, part, load, k, rhs, raw, pivots)
+            call eliminate_pass(self, pass, part, stage%f_external, k, rhs, raw, pivots)
             self%is_definite = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
             if (.not. self%is_definite) return
         end do
-        call eliminate_last(self, load, k, rhs, raw, pivots)
+        call eliminate_last(self, stage%f_external, k, rhs, raw, pivots)
         self%is_definite = all(pivots > 0.0_wp)
     end subroutine condense_and_eliminate
 
     !> The elements of a slot, their middle nodes eliminated.
-    subroutine condense_slot(self, slot, u, load, mass_factor, part, room, pivot)
+    subroutine condense_slot(self, slot, stage, u_e, u, part, room, pivot)
         class(block_t), intent(inout) :: self
         integer, intent(in) :: slot
-        real(wp), intent(in), contiguous :: u(:), load(:)
-        real(wp), intent(in) :: mass_factor
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in), contiguous :: u_e(:), u(:)
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: room(lanes), pivot(lanes)
-        real(wp) :: fields(lanes, 3*n_fields), a(lanes, 3*n_fields), f(lanes, n_fields)
-        integer :: l, i, first
+        real(wp) :: fields(lanes, 3*n_fields), a(lanes, 3*n_fields), f(lanes, 3*n_fields)
+        integer :: i
 
-        call gather(self, slot, u, fields)
-        call gather(self, slot, self%work, a)
-        do l = 1, lanes
-            first = n_node*(min(self%slot_first(slot) + l - 1, self%slot_last(slot)) - 1)
-            !GCC$ unroll 5
-            do i = 1, n_fields
-                f(l, i) = load(first + n_fields + i)
-            end do
-        end do
+        call gather(self, slot, u_e, fields)
+        if (stage%mass_factor > 0.0_wp) then
+            call gather(self, slot, u, a)
+            call gather(self, slot, stage%u_mass, f)
+            a = stage%mass_factor*(a - f)
+        end if
+        call gather(self, slot, stage%f_external, f)
         call condense_element(self%pairs, self%has_middle, self%is_square, &
-            self%constants(:, :, self%slot_constants(slot)), mass_factor, fields, a, f, part, &
-            self%kept(:, :, slot), room, pivot)
+            self%constants(:, :, self%slot_constants(slot)), stage%mass_factor/stage%force_factor, fields, &
+                a, &
+            f(:, n_fields + 1:n_node), part, self%kept(:, :, slot), room, pivot)
         !GCC$ unroll 5
         do i = 1, n_fields
             self%residuals(:, i) = max(self%residuals(:, i), abs(part(:, at_raw + n_fields + i)))

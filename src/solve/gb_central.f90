@@ -39,7 +39,6 @@ contains
         stage%u_mass = committed%u + dt*committed%v + (0.5_wp*dt**2)*committed%a
         stage%u_damping = committed%u + (0.5_wp*dt)*committed%v
         stage%damping_factor = 2.0_wp/dt
-        stage%u_start = committed%u
     end subroutine set_stage
 
     !> reached%a is that of equilibrium at reached%u.

@@ -36,7 +36,7 @@ contains
         stage%mass_factor = 2.0_wp/dt**2
         stage%u_mass = committed%u + dt*committed%v
         stage%damping_factor = 1.0_wp/dt
-        stage%u_damping = committed%u
+        if (stage%needs_velocity) stage%u_damping = committed%u
         stage%averages_force = .true.
         stage%u_start = committed%u
     end subroutine set_stage

@@ -63,17 +63,19 @@ contains
         type(state_t), intent(in) :: committed, previous
         type(stage_t), intent(inout) :: stage
         real(wp) :: by_a
-        real(wp), allocatable :: u_p(:)
 
         by_a = self%beta*dt**2
-        u_p = predicted(self, dt, committed)
         stage%mass_factor = (1.0_wp - self%alpha_m)/by_a
-        stage%u_mass = u_p - (self%alpha_m/stage%mass_factor)*committed%a
+        stage%u_mass = committed%u + dt*committed%v &
+            + (dt**2*(0.5_wp - self%beta) - self%alpha_m/stage%mass_factor)*committed%a
         stage%damping_factor = (1.0_wp - self%alpha_f)*self%gamma*dt/by_a
-        stage%u_damping = u_p - (committed%v + (1.0_wp - self%alpha_f)*(1.0_wp - self%gamma)*dt*committed%a) &
-                          /stage%damping_factor
+        if (stage%needs_velocity) then
+            stage%u_damping = committed%u + dt*committed%v + (dt**2*(0.5_wp - self%beta))*committed%a &
+                - (committed%v + (1.0_wp - self%alpha_f)*(1.0_wp - self%gamma)*dt*committed%a) &
+                /stage%damping_factor
+        end if
         stage%force_factor = 1.0_wp - self%alpha_f
-        stage%u_start = committed%u
+        if (self%alpha_f > 0.0_wp) stage%u_start = committed%u
     end subroutine set_stage
 
     pure subroutine finish_stage(self, number, dt, committed, previous, reached)
@@ -83,18 +85,10 @@ contains
         type(state_t), intent(in) :: committed, previous
         type(state_t), intent(inout) :: reached
 
-        reached%a = (reached%u - predicted(self, dt, committed))/(self%beta*dt**2)
+        reached%a = (reached%u - (committed%u + dt*committed%v + (dt**2*(0.5_wp - self%beta))*committed%a)) &
+            /(self%beta*dt**2)
         reached%v = committed%v + dt*((1.0_wp - self%gamma)*committed%a + self%gamma*reached%a)
     end subroutine finish_stage
-
-    pure function predicted(self, dt, committed) result(u_p)
-        class(generalized_alpha_t), intent(in) :: self
-        real(wp), intent(in) :: dt
-        type(state_t), intent(in) :: committed
-        real(wp) :: u_p(size(committed%u))
-
-        u_p = committed%u + dt*committed%v + (dt**2*(0.5_wp - self%beta))*committed%a
-    end function predicted
 
     pure subroutine load_mix(self, number, fraction, weight)
         class(generalized_alpha_t), intent(in) :: self

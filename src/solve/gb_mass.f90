@@ -23,6 +23,7 @@ module gb_mass
         procedure :: multiply
         procedure :: energy
         procedure :: add_to
+        procedure :: solve
     end type mass_t
 
 contains
@@ -123,5 +124,38 @@ contains
             end associate
         end do
     end subroutine add_to
+
+    !> a <- M^-1 r, where the unknowns in `without` have a = 0. Fields do not mix: five narrow bands in turn.
+    pure subroutine solve(self, without, r, a)
+        class(mass_t), intent(in) :: self
+        logical, intent(in) :: without(self%n)
+        real(wp), intent(in) :: r(self%n)
+        real(wp), intent(out) :: a(self%n)
+        type(band_t) :: band
+        real(wp), allocatable :: x(:)
+        integer :: field, e, i, j, row, column, singular
+
+        call band%set_up(self%n/n_fields, maxval(self%nodes) - 1, symmetric=.true.)
+        do field = 1, n_fields
+            call band%clear()
+            do e = 1, size(self%first)
+                associate (nodes => self%nodes(e), density => self%density(field, self%kind(e)))
+                    do j = 1, nodes
+                        column = self%first(e)/n_fields + j
+                        do i = j, nodes
+                            row = self%first(e)/n_fields + i
+                            band%a(row - column, column) = band%a(row - column, column) &
+                                + self%half_length(e)*self%product(i, j, nodes)*density
+                        end do
+                    end do
+                end associate
+            end do
+            call band%constrain(pack([(i, i=1, band%n)], without(field::n_fields)))
+            x = merge(0.0_wp, r(field::n_fields), without(field::n_fields))
+            call band%factorise(singular)
+            call band%solve(1, x)
+            a(field::n_fields) = x
+        end do
+    end subroutine solve
 
 end module gb_mass

@@ -49,7 +49,8 @@ contains
         call system%mass_at(state%u, m)
         call m%constrain(system%fixed_list)
         m%a(0, system%fixed_list) = 0.0_wp
-        massive = size(pack(system%fixed, .not. (system%fixed .or. system%massless)))
+        massive = size(pack(system%fixed, .not. system%fixed))
+        if (system%has_massless) massive = size(pack(system%fixed, .not. (system%fixed .or. system%massless)))
         count = min(task%count, massive)
         if (count < task%count) call recorder%note('MODAL: the model has only ' // to_text(count) // ' modes')
         if (.not. (model%has_potential_somewhere() .or. any(model%mesh%full_integration) &

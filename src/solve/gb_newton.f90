@@ -45,10 +45,11 @@ module gb_newton
         logical :: has_block = .false.              !! whether the block solver is tried first
         type(block_t) :: block
         type(banded_t) :: banded
-        real(wp), allocatable :: trial(:), increment(:)
+        real(wp), allocatable :: increment(:)       !! (n)
     contains
         procedure :: set_up
         procedure :: solve
+        procedure :: solve_block
         procedure :: prepare_banded
         procedure :: strain_energy
         procedure :: kinetic_energy
@@ -86,7 +87,7 @@ contains
         self%has_block = .false.
         if (present(block)) self%has_block = block
         if (self%has_block) call self%block%set_up(system)
-        allocate (self%trial(system%n), self%increment(system%n))
+        allocate (self%increment(system%n))
     end subroutine set_up
 
     !> Make LAPACK's solver ready; where the block solver does all the work its memory is never needed.
@@ -125,29 +126,34 @@ contains
         end if
     end function kinetic_energy
 
-    !> Solve R(u) = 0 from the guess u or, where that is not admissible, from the state `origin` with the held
-    !> unknowns of the guess. Where the outcome is not newton_converged, u is worthless.
+    !> Solve R(u) = 0 by the block solver from the guess u or, where that is not admissible, from the state
+    !> `origin` with the held unknowns of the guess. Where the outcome is not newton_converged, u is
+    !> worthless, and `solve` may do better from the same guess.
+    subroutine solve_block(self, system, stage, origin, u, report)
+        class(newton_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in), contiguous :: origin(:)       !! (n)
+        real(wp), intent(inout), contiguous :: u(:)         !! guess in, solution out (n)
+        type(newton_report_t), intent(out) :: report
+
+        call iterate(self, self%block, system, stage, origin, .false., u, report)
+    end subroutine solve_block
+
+    !> The same by LAPACK's solver, and once more with a line search where that fails.
     subroutine solve(self, system, stage, origin, u, report)
         class(newton_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in), contiguous :: origin(:)           !! (n)
-        real(wp), intent(inout), contiguous :: u(:)             !! guess in, solution out (n)
+        real(wp), intent(in), contiguous :: origin(:)       !! (n)
+        real(wp), intent(inout), contiguous :: u(:)         !! guess in, solution out (n)
         type(newton_report_t), intent(out) :: report
         real(wp), allocatable :: guess(:)
         integer :: spent
 
-        guess = u
-        spent = 0
-        if (self%has_block) then
-            call iterate(self, self%block, system, stage, origin, .false., u, report)
-            if (report%outcome == newton_converged) return
-            spent = report%iterations
-            u = guess
-        end if
         call self%prepare_banded(system)
+        guess = u
         call iterate(self, self%banded, system, stage, origin, .false., u, report)
-        report%iterations = report%iterations + spent
         if (report%outcome == newton_converged .or. report%outcome == newton_singular) return
         spent = report%iterations
         u = guess
@@ -310,22 +316,22 @@ contains
         if (searching) call measure(self, system, stage, u, merit, slope)
         has_met_inadmissible = .false.
         part = 1.0_wp
+        u = u + self%increment
         do halving = 0, max_halvings
-            self%trial = u + part*self%increment
-            call tangent%evaluate(system, stage, self%trial, admissible)
+            call tangent%evaluate(system, stage, u, admissible)
             if (admissible .and. searching) then
-                call measure(self, system, stage, self%trial, trial_merit)
+                call measure(self, system, stage, u, trial_merit)
                 admissible = trial_merit <= merit + 1.0e-4_wp*part*slope + 8.0_wp*epsilon(merit)*abs(merit)
             else if (.not. admissible) then
-                if (.not. has_met_inadmissible) report%rejected = evaluated(stage, self%trial)
+                if (.not. has_met_inadmissible) report%rejected = evaluated(stage, u)
                 has_met_inadmissible = .true.
             end if
             if (admissible) then
-                u = self%trial
                 if (halving > 0) last = 0.0_wp
                 return
             end if
             part = 0.5_wp*part
+            u = u - part*self%increment
         end do
         report%outcome = merge(newton_inadmissible, newton_stuck, has_met_inadmissible)
     end subroutine advance

@@ -16,9 +16,10 @@ module gb_stage
         real(wp) :: damping_factor = 0.0_wp         !! [1/T]
         real(wp) :: force_factor = 1.0_wp           !! [-]
         logical :: averages_force = .false.
+        logical :: needs_velocity = .true.          !! whether something depends on it: u_damping is kept
         real(wp), allocatable :: u_mass(:)          !! (n)
         real(wp), allocatable :: u_damping(:)       !! (n)
-        real(wp), allocatable :: u_start(:)         !! (n)
+        real(wp), allocatable :: u_start(:)         !! (n), where force_factor < 1 or the force is averaged
         real(wp), allocatable :: f_external(:)      !! (n)
     contains
         procedure :: evaluation_point

@@ -47,7 +47,7 @@ contains
         parts%max_level = task%cuts
         allocate (force(system%n))
         call external%static_forces(force)
-        allocate (last_change(system%n), stage%f_external(system%n))
+        allocate (last_change(system%n), stage%f_external(system%n), u(system%n))
         last_factor = 0.0_wp
         state%v = 0.0_wp
         state%a = 0.0_wp
@@ -69,10 +69,17 @@ contains
             do while (.not. parts%is_finished())
                 associate (factor => from + (target - from)*parts%next_end())
                     stage%f_external = factor*force
-                    u = state%u
-                    if (abs(last_factor) > 0.0_wp) u = u + ((factor - state%load)/last_factor)*last_change
-                    call external%motion%impose_factor(factor, u)
-                    call newton%solve(system, stage, state%u, u, report)
+                    report = newton_report_t()
+                    call guess(external, state, factor, last_factor, last_change, u)
+                    if (newton%has_block) then
+                        call newton%solve_block(system, stage, state%u, u, report)
+                        if (report%outcome /= newton_converged) then
+                            step%iterations = step%iterations + report%iterations
+                            call guess(external, state, factor, last_factor, last_change, u)
+                        end if
+                    end if
+                    if (report%outcome /= newton_converged) call newton%solve(system, stage, state%u, u, &
+                        report)
                     step%iterations = step%iterations + report%iterations
                     if (report%outcome /= newton_converged) then
                         step%cuts = step%cuts + 1
@@ -108,6 +115,20 @@ contains
             if (allocated(error)) return
         end do
     end subroutine run_static
+
+    !> First guess of a load step: the last change goes on; driven supports follow the load factor.
+    subroutine guess(external, state, factor, last_factor, last_change, u)
+        type(external_t), intent(in) :: external
+        type(state_t), intent(in) :: state
+        real(wp), intent(in) :: factor              !! load factor aimed at [-]
+        real(wp), intent(in) :: last_factor         !! last increase of it; 0: nothing to go on with
+        real(wp), intent(in) :: last_change(:)      !! of the displacements in it (n)
+        real(wp), intent(inout) :: u(:)
+
+        u = state%u
+        if (abs(last_factor) > 0.0_wp) u = u + ((factor - state%load)/last_factor)*last_change
+        call external%motion%impose_factor(factor, u)
+    end subroutine guess
 
     !> Work of the driven supports over a step, by the mean of their reactions at its ends.
     subroutine add_support_work(system, external, stage, u, change, reaction, work)

@@ -33,7 +33,7 @@ module gb_stepper
         type(newton_t) :: newton
         type(newton_report_t) :: report             !! of the last solution
         type(state_t) :: trial                      !! the state proposed
-        type(state_t) :: previous                   !! end of the previous stage
+        type(state_t) :: previous                   !! end of the previous stage of the step
         type(stage_t) :: stage
         real(wp) :: span = 0.0_wp  !! natural step: driven supports are differentiated on its scale [T]
         real(wp), allocatable :: f_start(:)         !! external force at the committed state, after a jump (n)
@@ -77,6 +77,8 @@ contains
             system%symmetric .and. self%scheme%has_symmetric_tangent, system%fits_block .and. &
             self%scheme%has_symmetric_tangent .and. .not. self%scheme%is_explicit .and. task%solver &
                 /= solver_lapack)
+        self%stage%needs_velocity = self%scheme%is_explicit .or. allocated(system%damping%a) .or. &
+                                    any(system%has_full_inertia)
         allocate (self%f_start(system%n), self%f_end(system%n), self%stage%f_external(system%n))
         if (self%scheme%is_explicit) self%lumped = system%lumped_mass()
         self%span = span
@@ -86,7 +88,6 @@ contains
         call self%newton%strain_energy(system, state%u, self%strain, admissible)
         if (self%scheme%is_explicit) call measure_limit(self, system, state)
         self%trial = state
-        self%previous = state
     end subroutine start
 
     !> At time 0 and after a jump: driven supports and loads have their values from then on, and accelerations
@@ -132,7 +133,6 @@ contains
         integer :: number
 
         dt = until - state%time
-        self%previous = state
         do number = 1, self%scheme%stages
             call self%scheme%load_mix(number, fraction, weight)
             self%trial%time = merge(until, state%time + fraction*dt, fraction >= 1.0_wp)
@@ -143,11 +143,8 @@ contains
                 call explicit_state(self, system, external, state, is_solved, error)
             else
                 self%stage%f_external = weight*self%f_end + (1.0_wp - weight)*self%f_start
-                call guess(self, system, fraction*dt, state)
-                if (external%motion%is_driven()) call drive(self, external, fraction*dt, state, error)
+                call solve_stage(self, system, external, fraction*dt, state, error)
                 if (allocated(error)) return
-                call self%newton%solve(system, self%stage, state%u, self%trial%u, self%report)
-                self%iterations = self%iterations + self%report%iterations
                 is_solved = self%report%outcome == newton_converged
             end if
             if (allocated(error) .or. .not. is_solved) return
@@ -155,7 +152,7 @@ contains
             if (external%motion%is_driven()) call external%motion%follow(self%trial%time, fraction*dt, &
                 self%trial, error)
             if (allocated(error)) return
-            call settle_massless(system, fraction*dt, state, self%trial)
+            if (system%has_massless) call settle_massless(system, fraction*dt, state, self%trial)
             if (number < self%scheme%stages) self%previous = self%trial
         end do
         ! A scheme that balances forces elsewhere than at the end of the step may still end beyond the limits.
@@ -165,6 +162,28 @@ contains
             self%report%rejected = self%trial%u
         end if
     end subroutine propose
+
+    !> Solve a stage by the block solver where it is in use, and by LAPACK's where it is not or fails.
+    subroutine solve_stage(self, system, external, step, state, error)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        real(wp), intent(in) :: step                !! of the stage [T]
+        type(state_t), intent(in) :: state
+        type(error_t), allocatable, intent(out) :: error
+
+        call guess(self, system, external, step, state, error)
+        if (allocated(error)) return
+        if (self%newton%has_block) then
+            call self%newton%solve_block(system, self%stage, state%u, self%trial%u, self%report)
+            self%iterations = self%iterations + self%report%iterations
+            if (self%report%outcome == newton_converged) return
+            call guess(self, system, external, step, state, error)
+            if (allocated(error)) return
+        end if
+        call self%newton%solve(system, self%stage, state%u, self%trial%u, self%report)
+        self%iterations = self%iterations + self%report%iterations
+    end subroutine solve_stage
 
     !> Put the driven unknowns where they are at the end of the stage, and let inertia and damping act on the
     !> derivatives of their histories: those that a scheme would make of the displacements alone drift.
@@ -181,7 +200,8 @@ contains
             weight_v => self%scheme%weight_v)
             self%stage%u_mass(i) = self%trial%u(i) - (weight_a*self%trial%a(i) &
                                                       + (1.0_wp - weight_a)*state%a(i))/self%stage%mass_factor
-            self%stage%u_damping(i) = self%trial%u(i) - (weight_v*self%trial%v(i) &
+            if (self%stage%needs_velocity) self%stage%u_damping(i) = self%trial%u(i) &
+                - (weight_v*self%trial%v(i) &
                                                          + (1.0_wp &
                                                          - weight_v)*state%v(i))/self%stage%damping_factor
         end associate
@@ -213,15 +233,18 @@ contains
         allocate (self%report%increments(0))
     end subroutine explicit_state
 
-    !> First guess of a stage: the velocities go on.
-    pure subroutine guess(self, system, dt, state)
+    !> First guess of a stage: the velocities go on, and driven supports are where they are at its end.
+    subroutine guess(self, system, external, dt, state, error)
         class(stepper_t), intent(inout) :: self
         type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
         real(wp), intent(in) :: dt
         type(state_t), intent(in) :: state
+        type(error_t), allocatable, intent(out) :: error
 
         self%trial%u = state%u + dt*state%v
         self%trial%u(system%fixed_list) = state%u(system%fixed_list)
+        if (external%motion%is_driven()) call drive(self, external, dt, state, error)
     end subroutine guess
 
     !> Fields without inertia follow the others: the scheme's own formulas would let their derivatives, which
@@ -373,11 +396,11 @@ contains
         type(state_t), intent(inout) :: state
         logical, intent(out) :: admissible
         type(band_t) :: mass
-        real(wp), allocatable :: r(:), drag(:), a(:, :), held(:)
+        real(wp), allocatable :: r(:), drag(:), held(:)
         logical, allocatable :: without(:)
         integer :: i, singular
 
-        allocate (r(system%n), drag(system%n), a(system%n, 1), held(system%n))
+        allocate (r(system%n), drag(system%n), held(system%n))
         call system%internal_force(state%u, r, admissible)
         if (.not. admissible) return
         if (allocated(system%damping%a)) then
@@ -386,18 +409,27 @@ contains
         end if
         held = 0.0_wp
         held(external%motion%unknown) = state%a(external%motion%unknown)
-        without = system%fixed .or. system%massless
+        without = system%fixed
+        if (system%has_massless) without = without .or. system%massless
         if (self%scheme%is_explicit) then
             state%a = merge(held, (force - r)/merge(1.0_wp, self%lumped, without), without)
             return
         end if
-        call mass%set_up(system%n, system%kd, symmetric=.true.)
-        call system%add_inertia(state%u, state%v, held, [0.0_wp, 0.0_wp, 1.0_wp], r, mass)
-        call mass%constrain(pack([(i, i=1, system%n)], without))
-        a(:, 1) = merge(0.0_wp, force - r, without)
-        call mass%factorise(singular)
-        call mass%solve(1, a)
-        state%a = merge(held, a(:, 1), without)
+        if (any(system%has_full_inertia)) then
+            call mass%set_up(system%n, system%kd, symmetric=.true.)
+            call system%add_inertia(state%u, state%v, held, [0.0_wp, 0.0_wp, 1.0_wp], r, mass)
+            call mass%constrain(pack([(i, i=1, system%n)], without))
+            state%a = merge(0.0_wp, force - r, without)
+            call mass%factorise(singular)
+            call mass%solve(1, state%a)
+        else
+            if (external%motion%is_driven()) then
+                call system%mass%multiply(held, drag)
+                r = r + drag
+            end if
+            call system%mass%solve(without, force - r, state%a)
+        end if
+        state%a = merge(held, state%a, without)
     end subroutine equilibrium_acceleration
 
     !> What the drives push with: f_int + inertia + C v - f at the driven unknowns.

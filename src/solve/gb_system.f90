@@ -38,7 +38,8 @@ module gb_system
         real(wp), allocatable :: mass_moments(:, :)         !! rho (A, I, I4) (3, sections)
         logical, allocatable :: fixed(:)                    !! held or driven unknowns (n)
         integer, allocatable :: fixed_list(:)
-        logical, allocatable :: massless(:)                 !! unknowns without inertia (n)
+        logical :: has_massless = .false.
+        logical, allocatable :: massless(:)  !! unknowns without inertia (n); where there are any
         real(wp) :: field_scale(n_fields) = 1.0_wp          !! natural size of the fields: L, L, 1, 1, 1/h
     contains
         procedure :: strain_energy
@@ -142,6 +143,8 @@ contains
                 where (density(:, system%kind(e)) > 0.0_wp) system%massless(i + 1:i + n_fields) = .false.
             end do
         end do
+        system%has_massless = any(system%massless)
+        if (.not. system%has_massless) deallocate (system%massless)
         do s = 1, size(model%sections)
             if (model%sections(s)%inertia /= inertia_full) cycle
             k = (s - 1)*size(model%materials)
