@@ -278,20 +278,25 @@ contains
         real(wp), intent(in), contiguous :: u_e(:), u(:)
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: room(lanes), pivot(lanes)
-        real(wp) :: fields(lanes, 3*n_fields), a(lanes, 3*n_fields), f(lanes, 3*n_fields)
+        real(wp), dimension(lanes, 3*n_fields) :: fields, a, u_mass
+        real(wp) :: f(lanes, n_fields)
         integer :: i
 
-        call gather(self, slot, u_e, fields)
+        call gather(self, slot, 0, 3*n_fields, u_e, fields)
         if (stage%mass_factor > 0.0_wp) then
-            call gather(self, slot, u, a)
-            call gather(self, slot, stage%u_mass, f)
-            a = stage%mass_factor*(a - f)
+            call gather(self, slot, 0, 3*n_fields, stage%u_mass, u_mass)
+            if (stage%force_factor < 1.0_wp) then
+                call gather(self, slot, 0, 3*n_fields, u, a)
+                a = stage%mass_factor*(a - u_mass)
+            else
+                a = stage%mass_factor*(fields - u_mass)
+            end if
         end if
-        call gather(self, slot, stage%f_external, f)
+        call gather(self, slot, n_fields, n_fields, stage%f_external, f)
         call condense_element(self%pairs, self%has_middle, self%is_square, &
             self%constants(:, :, self%slot_constants(slot)), stage%mass_factor/stage%force_factor, fields, &
                 a, &
-            f(:, n_fields + 1:n_node), part, self%kept(:, :, slot), room, pivot)
+            f, part, self%kept(:, :, slot), room, pivot)
         !GCC$ unroll 5
         do i = 1, n_fields
             self%residuals(:, i) = max(self%residuals(:, i), abs(part(:, at_raw + n_fields + i)))
@@ -551,7 +556,7 @@ contains
         energy = 0.0_wp
         room = 1.0_wp
         do s = 1, size(self%slot_first)
-            call gather(self, s, u, fields)
+            call gather(self, s, 0, 3*n_fields, u, fields)
             call stored_energy(self%pairs, self%has_middle, self%is_square, &
                 self%constants(:, :, self%slot_constants(s)), fields, part, room)
             energy = energy + sum(part(:self%slot_last(s) - self%slot_first(s) + 1))
@@ -568,7 +573,7 @@ contains
 
         kinetic_energy = 0.0_wp
         do s = 1, size(self%slot_first)
-            call gather(self, s, v, fields)
+            call gather(self, s, 0, 3*n_fields, v, fields)
             call lane_kinetic_energy(self%constants(:, :, self%slot_constants(s)), fields, part)
             kinetic_energy = kinetic_energy + sum(part(:self%slot_last(s) - self%slot_first(s) + 1))
         end do
@@ -588,20 +593,20 @@ contains
         end do
     end subroutine take_lanes
 
-    !> The fields of a slot's elements, side by side.
-    pure subroutine gather(self, slot, u, fields)
+    !> Unknowns skip+1 ... skip+count of a slot's elements, side by side.
+    pure subroutine gather(self, slot, skip, count, u, fields)
         class(block_t), intent(in) :: self
-        integer, intent(in) :: slot
+        integer, intent(in) :: slot, skip, count
         real(wp), intent(in), contiguous :: u(:)
-        real(wp), intent(out) :: fields(lanes, 3*n_fields)
+        real(wp), intent(out) :: fields(lanes, count)
         integer :: l, i, first
 
-        first = n_node*(self%slot_first(slot) - 1)
+        first = n_node*(self%slot_first(slot) - 1) + skip
         if (self%slot_last(slot) - self%slot_first(slot) + 1 == lanes) then
-            call take_lanes(3*n_fields, u(first + 1:), fields)
+            call take_lanes(count, u(first + 1:), fields)
         else
             do l = 1, lanes
-                do i = 1, 3*n_fields
+                do i = 1, count
                     fields(l, i) = u(first + i)
                 end do
                 if (self%slot_first(slot) + l <= self%slot_last(slot)) first = first + n_node

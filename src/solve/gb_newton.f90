@@ -64,7 +64,7 @@ module gb_newton
     !> An increment that is not smaller than this part of the last one does not converge quadratically.
     real(wp), parameter :: slow_part = 0.1_wp
     !> An estimated increment must be below this part of the tolerance.
-    real(wp), parameter :: margin = 0.1_wp
+    real(wp), parameter :: margin = 0.01_wp
     !> Where rounding is looked for: increments below this part of the fields, or after so many iterations.
     real(wp), parameter :: small_part = 1.0e-4_wp
     integer, parameter :: late = 6
