@@ -1,44 +1,26 @@
 !> The tangent of one beam as a chain of nodes: three-node elements side by side in lanes, their middle nodes
 !> eliminated (gb_element_lanes); what is left, a block-tridiagonal system of five unknowns an end node, is
 !> eliminated from both ends of the beam towards its middle, two nodes at a time (gb_blocks_pair).
-!>
-!> Elements are worked on in passes: so many from the left end and so many from the right one that what has
-!> been condensed but not yet eliminated stays in the cache; the last pass has all that is left between. A
-!> slot is what one call of a kernel works on: `lanes` consecutive elements of a pass (its last lanes may
-!> repeat its last element).
 module gb_block
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes, pair
-    use gb_section_lanes, only: at_mu, at_log, at_power, at_bend, at_minus_beta, at_inverse_jm, at_middle, &
-        at_z, &
-        at_weight, max_pairs
-    use gb_element_lanes, only: at_slope, at_kappa, at_bubble, at_by_bubble, at_swing, at_mass, n_element, &
-        n_kept, &
-        n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw, condense_element, recover_middle
+    use gb_element_lanes, only: n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw, &
+        condense_element, &
+        recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
     use gb_blocks_pair, only: n_triangle, n_kept_node, eliminate_node, back_substitute
     use gb_stage, only: stage_t
     use gb_system, only: system_t
+    use gb_slots, only: slots_t, n_node, pass_slots
     use gb_linearised, only: linearised_t
     implicit none
     private
 
-    integer, parameter :: n_node = 2*n_fields               !! unknowns from one end node to the next
-    integer, parameter :: side = 32                         !! elements of each end of the beam in a pass
-    integer, parameter :: pass_slots = 2*side/lanes         !! slots in a pass; lanes divides side
-
     type, extends(linearised_t), public :: block_t
         private
         integer :: n_elements = 0
-        integer :: pairs = 0                                !! of heights
-        logical :: has_middle = .false., is_square = .true.
-        integer, allocatable :: slot_first(:), slot_last(:) !! a slot's first and last element (slots)
-        integer, allocatable :: slot_constants(:)           !! which constants a slot has (slots)
-        integer, allocatable :: pass_slot(:)                !! slots before a pass's first (passes + 1)
-        integer, allocatable :: pass_step(:)  !! elements of each end before a pass's first (passes)
-        integer, allocatable :: pass_elements(:)            !! (passes)
-        real(wp), allocatable :: constants(:, :, :)         !! (lanes, n_element, sets)
+        type(slots_t) :: slots                              !! elements side by side
         logical, allocatable :: is_held(:, :)               !! at end nodes (5, 0:n_elements)
         logical, allocatable :: has_support(:)              !! any of them (0:n_elements)
         real(wp), allocatable :: kept(:, :, :)              !! of middle nodes (lanes, n_kept, slots)
@@ -66,129 +48,19 @@ contains
     subroutine set_up(self, system)
         class(block_t), intent(inout) :: self
         type(system_t), intent(in) :: system
-        integer :: n, points, e
+        integer :: n, e
 
         n = system%n_elements
         self%n_elements = n
-        points = system%sections(system%kind(1))%nz
-        self%pairs = points/2
-        self%has_middle = modulo(points, 2) == 1
-        self%is_square = .true.
-        do e = 1, n
-            if (abs(system%sections(system%kind(e))%p(3) + 2.0_wp) > 0.0_wp) self%is_square = .false.
-        end do
-        call plan_passes(self)
-        call build_constants(self, system)
+        call self%slots%set_up(system)
         allocate (self%is_held(n_fields, 0:n), self%has_support(0:n))
         do e = 0, n
             self%is_held(:, e) = system%fixed(n_node*e + 1:n_node*e + n_fields)
             self%has_support(e) = any(self%is_held(:, e))
         end do
-        allocate (self%kept(lanes, n_kept, size(self%slot_first)))
+        allocate (self%kept(lanes, n_kept, self%slots%n_slots))
         allocate (self%kept_node(pair, n_kept_node, (n + 1)/2 + 1))
     end subroutine set_up
-
-    !> Cut the beam into passes and these into slots.
-    subroutine plan_passes(self)
-        class(block_t), intent(inout) :: self
-        integer :: passes, left, right, e, p, s
-
-        passes = 1 + max(0, (self%n_elements - 1)/(2*side))
-        left = side*(passes - 1)
-        right = self%n_elements - left
-        allocate (self%pass_slot(passes + 1), self%pass_step(passes), self%pass_elements(passes))
-        self%pass_step = [(side*(p - 1), p=1, passes)]
-        self%pass_elements = 2*side
-        self%pass_elements(passes) = right - left
-        s = 2*side/lanes*(passes - 1) + (right - left + lanes - 1)/lanes
-        allocate (self%slot_first(s), self%slot_last(s), self%slot_constants(s))
-        s = 0
-        do p = 1, passes
-            left = self%pass_step(p)
-            right = self%n_elements - left
-            self%pass_slot(p) = s
-            if (p == passes) then
-                call add_slots(left + 1, right)
-            else
-                call add_slots(left + 1, left + side)
-                call add_slots(right - side + 1, right)
-            end if
-        end do
-        self%pass_slot(passes + 1) = s
-
-    contains
-
-        subroutine add_slots(first, last)
-            integer, intent(in) :: first, last
-
-            do e = first, last, lanes
-                s = s + 1
-                self%slot_first(s) = e
-                self%slot_last(s) = min(e + lanes - 1, last)
-            end do
-        end subroutine add_slots
-
-    end subroutine plan_passes
-
-    !> Constants of every slot; neighbours that are alike share theirs.
-    subroutine build_constants(self, system)
-        class(block_t), intent(inout) :: self
-        type(system_t), intent(in) :: system
-        real(wp) :: constants(lanes, n_element), last(lanes, n_element), blur
-        integer :: round, s, sets
-
-        ! Lengths of elements are differences of coordinates, and known no better than these.
-        blur = 2.0_wp*epsilon(1.0_wp)*system%field_scale(1)/minval(2.0_wp*system%half_length)
-        ! The first round counts the sets, the second one fills them in.
-        do round = 1, 2
-            sets = 0
-            last = -1.0_wp
-            do s = 1, size(self%slot_first)
-                call slot_constants(self, system, s, constants)
-                if (any(abs(constants - last) > blur*abs(last))) then
-                    sets = sets + 1
-                    last = constants
-                    if (round == 2) self%constants(:, :, sets) = constants
-                end if
-                self%slot_constants(s) = sets
-            end do
-            if (round == 1) allocate (self%constants(lanes, n_element, sets))
-        end do
-    end subroutine build_constants
-
-    pure subroutine slot_constants(self, system, slot, constants)
-        class(block_t), intent(in) :: self
-        type(system_t), intent(in) :: system
-        integer, intent(in) :: slot
-        real(wp), intent(out) :: constants(lanes, n_element)
-        real(wp) :: length
-        integer :: l, e, k
-
-        constants = 0.0_wp
-        do l = 1, lanes
-            e = min(self%slot_first(slot) + l - 1, self%slot_last(slot))
-            length = 2.0_wp*system%half_length(e)
-            associate (section => system%sections(system%kind(e)), con => constants(l, :))
-                con(at_mu) = section%p(1)
-                con(at_log) = section%p(1) - section%p(2)/section%p(3)
-                con(at_power) = -section%p(2)/section%p(3)
-                con(at_bend) = section%p(2)/section%p(3)*(section%p(3) + 1.0_wp)
-                con(at_minus_beta) = -section%p(3)
-                con(at_inverse_jm) = section%p(4)
-                if (self%has_middle) con(at_middle) = 0.5_wp*length*section%wz(self%pairs + 1)
-                do k = 1, self%pairs
-                    con(at_z + k) = section%z(section%nz + 1 - k)
-                    con(at_weight + k) = 0.5_wp*length*section%wz(section%nz + 1 - k)
-                end do
-                con(at_slope) = 2.0_wp/length
-                con(at_kappa) = length/(2.0_wp*sqrt(3.0_wp))
-                con(at_bubble) = length*sqrt(3.0_wp)/4.0_wp
-                con(at_by_bubble) = 4.0_wp/(length*sqrt(3.0_wp))
-                con(at_swing) = length**2/48.0_wp
-                con(at_mass + 1:at_mass + n_fields) = length*system%mass%density(:, system%kind(e))
-            end associate
-        end do
-    end subroutine slot_constants
 
     subroutine evaluate(self, system, stage, u, admissible)
         class(block_t), intent(inout) :: self
@@ -254,9 +126,9 @@ contains
         self%residuals = 0.0_wp
         self%end_residuals = 0.0_wp
         self%forces = 0.0_wp
-        do pass = 1, size(self%pass_step)
-            first = self%pass_slot(pass)
-            do s = first + 1, self%pass_slot(pass + 1)
+        do pass = 1, size(self%slots%pass_step)
+            first = self%slots%pass_slot(pass)
+            do s = first + 1, self%slots%pass_slot(pass + 1)
                 call condense_slot(self, s, stage, u_e, u, part(:, :, s - first), room, pivot)
                 if (present(r)) call gather_residual(self, s, part(:, :, s - first), r)
             end do
@@ -282,19 +154,20 @@ contains
         real(wp) :: f(lanes, n_fields)
         integer :: i
 
-        call gather(self, slot, 0, 3*n_fields, u_e, fields)
+        call self%slots%gather(slot, 0, 3*n_fields, u_e, fields)
         if (stage%mass_factor > 0.0_wp) then
-            call gather(self, slot, 0, 3*n_fields, stage%u_mass, u_mass)
+            call self%slots%gather(slot, 0, 3*n_fields, stage%u_mass, u_mass)
             if (stage%force_factor < 1.0_wp) then
-                call gather(self, slot, 0, 3*n_fields, u, a)
+                call self%slots%gather(slot, 0, 3*n_fields, u, a)
                 a = stage%mass_factor*(a - u_mass)
             else
                 a = stage%mass_factor*(fields - u_mass)
             end if
         end if
-        call gather(self, slot, n_fields, n_fields, stage%f_external, f)
-        call condense_element(self%pairs, self%has_middle, self%is_square, &
-            self%constants(:, :, self%slot_constants(slot)), stage%mass_factor/stage%force_factor, fields, &
+        call self%slots%gather(slot, n_fields, n_fields, stage%f_external, f)
+        call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
+            self%slots%constants(:, :, self%slots%constants_of(slot)), &
+                stage%mass_factor/stage%force_factor, fields, &
                 a, &
             f, part, self%kept(:, :, slot), room, pivot)
         !GCC$ unroll 5
@@ -313,8 +186,8 @@ contains
         real(wp), intent(inout) :: r(:)
         integer :: e, l, first
 
-        do e = self%slot_first(slot), self%slot_last(slot)
-            l = e - self%slot_first(slot) + 1
+        do e = self%slots%first(slot), self%slots%last(slot)
+            l = e - self%slots%first(slot) + 1
             first = n_node*(e - 1)
             r(first + 1:first + 5) = r(first + 1:first + 5) + part(l, at_raw + 1:at_raw + 5)
             r(first + 6:first + 10) = part(l, at_raw + 6:at_raw + 10)
@@ -338,10 +211,10 @@ contains
         integer :: i, step, left, right, near, far
         logical :: is_alone
 
-        do i = 1, (self%pass_elements(pass) + 1)/2
-            step = self%pass_step(pass) + i
+        do i = 1, (self%slots%pass_elements(pass) + 1)/2
+            step = self%slots%pass_step(pass) + i
             left = i - 1
-            right = self%pass_elements(pass) - i
+            right = self%slots%pass_elements(pass) - i
             is_alone = left == right
             near = step - 1
             far = self%n_elements + 1 - step
@@ -496,7 +369,7 @@ contains
                 increment(right + 1:right + n_fields) = x(2, :)
             end if
         end do
-        do s = 1, size(self%slot_first)
+        do s = 1, self%slots%n_slots
             call recover_slot(self, s, increment)
         end do
         if (self%force_factor < 1.0_wp) increment = increment/self%force_factor
@@ -511,15 +384,16 @@ contains
         integer :: l, i, first
 
         do l = 1, lanes
-            first = n_node*(min(self%slot_first(slot) + l - 1, self%slot_last(slot)) - 1)
+            first = n_node*(min(self%slots%first(slot) + l - 1, self%slots%last(slot)) - 1)
             do i = 1, n_fields
                 du(l, i) = increment(first + i)
                 du(l, n_node + i) = increment(first + n_node + i)
             end do
         end do
-        call recover_middle(self%constants(:, :, self%slot_constants(slot)), self%kept(:, :, slot), du)
-        do l = 1, self%slot_last(slot) - self%slot_first(slot) + 1
-            first = n_node*(self%slot_first(slot) + l - 2) + n_fields
+        call recover_middle(self%slots%constants(:, :, self%slots%constants_of(slot)), self%kept(:, :, &
+            slot), du)
+        do l = 1, self%slots%last(slot) - self%slots%first(slot) + 1
+            first = n_node*(self%slots%first(slot) + l - 2) + n_fields
             do i = 1, n_fields
                 increment(first + i) = du(l, n_fields + i)
             end do
@@ -555,11 +429,11 @@ contains
 
         energy = 0.0_wp
         room = 1.0_wp
-        do s = 1, size(self%slot_first)
-            call gather(self, s, 0, 3*n_fields, u, fields)
-            call stored_energy(self%pairs, self%has_middle, self%is_square, &
-                self%constants(:, :, self%slot_constants(s)), fields, part, room)
-            energy = energy + sum(part(:self%slot_last(s) - self%slot_first(s) + 1))
+        do s = 1, self%slots%n_slots
+            call self%slots%gather(s, 0, 3*n_fields, u, fields)
+            call stored_energy(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
+                self%slots%constants(:, :, self%slots%constants_of(s)), fields, part, room)
+            energy = energy + sum(part(:self%slots%last(s) - self%slots%first(s) + 1))
         end do
         admissible = all(room > 0.0_wp)
     end subroutine strain_energy
@@ -572,47 +446,12 @@ contains
         integer :: s
 
         kinetic_energy = 0.0_wp
-        do s = 1, size(self%slot_first)
-            call gather(self, s, 0, 3*n_fields, v, fields)
-            call lane_kinetic_energy(self%constants(:, :, self%slot_constants(s)), fields, part)
-            kinetic_energy = kinetic_energy + sum(part(:self%slot_last(s) - self%slot_first(s) + 1))
+        do s = 1, self%slots%n_slots
+            call self%slots%gather(s, 0, 3*n_fields, v, fields)
+            call lane_kinetic_energy(self%slots%constants(:, :, self%slots%constants_of(s)), fields, part)
+            kinetic_energy = kinetic_energy + sum(part(:self%slots%last(s) - self%slots%first(s) + 1))
         end do
     end function kinetic_energy
-
-    !> The first so many unknowns of consecutive elements, side by side.
-    pure subroutine take_lanes(count, u, fields)
-        integer, intent(in) :: count
-        real(wp), intent(in) :: u(*)
-        real(wp), intent(out) :: fields(lanes, count)
-        integer :: l, i
-
-        do i = 1, count
-            do l = 1, lanes
-                fields(l, i) = u(n_node*(l - 1) + i)
-            end do
-        end do
-    end subroutine take_lanes
-
-    !> Unknowns skip+1 ... skip+count of a slot's elements, side by side.
-    pure subroutine gather(self, slot, skip, count, u, fields)
-        class(block_t), intent(in) :: self
-        integer, intent(in) :: slot, skip, count
-        real(wp), intent(in), contiguous :: u(:)
-        real(wp), intent(out) :: fields(lanes, count)
-        integer :: l, i, first
-
-        first = n_node*(self%slot_first(slot) - 1) + skip
-        if (self%slot_last(slot) - self%slot_first(slot) + 1 == lanes) then
-            call take_lanes(count, u(first + 1:), fields)
-        else
-            do l = 1, lanes
-                do i = 1, count
-                    fields(l, i) = u(first + i)
-                end do
-                if (self%slot_first(slot) + l <= self%slot_last(slot)) first = first + n_node
-            end do
-        end if
-    end subroutine gather
 
     !> Pivots that vanish are another solver's matter (`solve`).
     integer function mechanism(self)
