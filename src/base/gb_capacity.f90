@@ -14,6 +14,9 @@ module gb_capacity
         end function c_available_memory
     end interface
 
+    !> Bytes that any machine has. Asking costs a tenth of a millisecond, as much as some tens of steps.
+    integer(i8), parameter :: worth_asking = 32000000_i8
+
     public :: lacks_memory
 
 contains
@@ -26,6 +29,7 @@ contains
         integer(i8) :: available
 
         reason = ''
+        if (bytes < worth_asking) return
         available = int(c_available_memory(), i8)
         if (bytes > available) reason = 'it needs about ' // memory_text(bytes) // ' of memory, and ' &
             // memory_text(available) // ' are available'

@@ -425,6 +425,7 @@ static int ask_file_system(store_t *store)
 int gb_store_commit(store_t *store, int reserve, int durable)
 {
     region_t *region = &store->regions[store->current];
+    int64_t bytes;
 
     store->wants_new_region = store->has_overflowed;
     if (store->has_overflowed)
@@ -439,8 +440,10 @@ int gb_store_commit(store_t *store, int reserve, int durable)
             region->capacity += region->capacity / 4 / 8 * 8;
         store->end = region->base + region->capacity;
     }
-    if (gb_store_write(store, region->base, store->image, (int64_t)store->image_bytes) != 0 ||
-        write_gathered(store) != 0)
+    /* The last edition's region ends with it, rounded up; then the file ends there too. */
+    bytes = reserve ? (int64_t)store->image_bytes : ((int64_t)store->image_bytes + 7) / 8 * 8;
+    if (make_image_room(store, (size_t)bytes) != 0 ||
+        gb_store_write(store, region->base, store->image, bytes) != 0 || write_gathered(store) != 0)
         return 1;
     if (store->disk_size < store->end && ftruncate(store->file, (off_t)store->end) != 0)
         return failed(store, strerror(errno));
@@ -520,6 +523,16 @@ static int open_part(store_t *store)
     return failed(store, in_use);
 }
 
+/* Empty what a killed run has left, and set the permissions of the file that is replaced, if there is one. */
+static int prepare(int file, mode_t mode)
+{
+    struct stat status;
+
+    if (fstat(file, &status) != 0 || (status.st_size > 0 && ftruncate(file, 0) != 0))
+        return -1;
+    return mode != 0 && mode != (status.st_mode & 07777) ? fchmod(file, mode) : 0;
+}
+
 static void release(store_t *store)
 {
     free(store->path);
@@ -553,8 +566,7 @@ store_t *gb_store_open(const char *path, char *reason, size_t size)
         why = strerror(ENOMEM);
     else if (open_part(store) != 0)
         why = store->reason;
-    else if ((why = why_not_replace(store->path, &mode)) == NULL &&
-             (ftruncate(store->file, 0) != 0 || (mode != 0 && fchmod(store->file, mode) != 0)))
+    else if ((why = why_not_replace(store->path, &mode)) == NULL && prepare(store->file, mode) != 0)
         why = strerror(errno);
     if (!why)
         return store;

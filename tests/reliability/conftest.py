@@ -58,11 +58,16 @@ def meddler(tmp_path_factory):
     compiler = os.environ.get("CC") or shutil.which("cc") or "gcc"
     command = [compiler, "-std=gnu11", "-O1", "-shared", "-fPIC", "-o", library, HERE / "meddler.c", "-ldl"]
     subprocess.run(command, check=True)
+    libraries = [str(library)]
+    if is_sanitized():
+        # The sanitizer's library has to come first.
+        ask = [compiler, "-print-file-name=libasan.so"]
+        found = subprocess.run(ask, capture_output=True, text=True, check=True)
+        libraries.insert(0, found.stdout.strip())
 
     def environment(**orders):
         names = {f"MEDDLER_{name.upper()}": str(value) for name, value in orders.items()}
-        # The sanitizers' library wants to be the first one, and need not be.
-        return {**os.environ, "ASAN_OPTIONS": "verify_asan_link_order=0", "LD_PRELOAD": str(library), **names}
+        return {**os.environ, "LD_PRELOAD": ":".join(libraries), **names}
 
     return environment
 

@@ -92,7 +92,7 @@ def test_each_size_limit(program, references, meddler):
         status, said = program.run(text, env=environment, preexec_fn=limit)
         kinds[judge(program, status, said, "File too large", reference)] += 1
     print(kinds)
-    assert kinds["none"] >= 3 and kinds["running"] >= 3
+    assert kinds["none"] >= 1 and kinds["running"] >= 3
 
 
 @pytest.fixture
