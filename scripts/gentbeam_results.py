@@ -112,6 +112,26 @@ class Results:
         return os.path.splitext(os.path.basename(self.path))[0]
 
     @property
+    def deck(self):
+        """The deck's text as read."""
+        return text(self._file["deck"][()]) if "deck" in self._file else ""
+
+    def deck_attribute(self, name):
+        return text(self._file["deck"].attrs.get(name, "")) if "deck" in self._file else ""
+
+    def attribute(self, name):
+        """A text of the run itself, empty where the file does not say."""
+        return text(self._file.attrs.get(name, ""))
+
+    def number(self, name):
+        return float(np.ravel(self._file.attrs.get(name, np.nan))[0])
+
+    def array(self, name):
+        if name not in self._file:
+            raise ResultsError(f"{self.path}: has no /{name}")
+        return self._file[name][()]
+
+    @property
     def units(self):
         attributes = self._file["units"].attrs if "units" in self._file else {}
         return {name: text(attributes.get(name, "")) for name in ("length", "force", "time")}
@@ -213,6 +233,17 @@ class Group:
             unit_of(values),
             probed_field(values),
         )
+
+    def has(self, name):
+        return name in self._item
+
+    def array(self, name):
+        if name not in self._item:
+            raise self._error(f"{self.name} has no {name}")
+        return self._item[name][()]
+
+    def unit(self, name):
+        return unit_of(self._item[name]) if name in self._item else ""
 
     def displacements(self):
         """Times and fields of the stored rows."""

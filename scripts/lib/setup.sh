@@ -5,6 +5,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 command_name=scripts/$(basename "$0")
 venv=$root/.venv
 requirements=$root/scripts/requirements.txt
+test_requirements=$root/scripts/requirements-test.txt
 oldest_gfortran=12
 
 # What has to be on the machine: a probe, and the Debian package that supplies it.
@@ -120,6 +121,38 @@ setup_launchers() {
         done
         [ ${#missing[@]} -eq 0 ] || apt_install "${missing[@]}"
     fi
+}
+
+# What only the tests need: a browser for pages, a renderer without a display for VTK, a critic of man pages,
+# the tools of Debian packages.
+setup_test_tools() {
+    stage 'tools of the tests: VTK, a browser'
+    local missing=() package
+    if have dpkg-query; then
+        for package in libegl1 libegl-mesa0 libgl1-mesa-dri mandoc dpkg-dev valgrind; do
+            package_installed "$package" || missing+=("$package")
+        done
+    fi
+    if [ -z "$(find_browser)" ]; then
+        if have apt-get; then
+            missing+=(chromium)
+        else
+            printf '%s: warning: no browser: a test is skipped\n' "$command_name" >&2
+        fi
+    fi
+    [ ${#missing[@]} -eq 0 ] || apt_install "${missing[@]}"
+    if [ "$(cat "$venv/stamp-test" 2>/dev/null)" != "$(sha256sum <"$test_requirements")" ]; then
+        quietly "$venv/bin/python" -m pip --disable-pip-version-check install -r "$test_requirements"
+        sha256sum <"$test_requirements" >"$venv/stamp-test"
+    fi
+}
+
+find_browser() {
+    local name
+    for name in chromium chromium-browser google-chrome; do
+        command -v "$name" 2>/dev/null && return 0
+    done
+    return 0
 }
 
 # The stamp ties the environment to the requirements it was made from.

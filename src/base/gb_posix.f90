@@ -35,10 +35,17 @@ module gb_posix
         end subroutine pause_briefly
     end interface
 
-    public :: standard_error_is_terminal, write_output, ignore_write_signals, to_fortran
+    public :: is_terminal, standard_error_is_terminal, write_output, ignore_write_signals, to_fortran
     public :: pause_briefly, raise_file_limit
 
 contains
+
+    !> Whether an open file (0 input, 1 output, 2 error) is a terminal.
+    logical function is_terminal(descriptor)
+        integer, intent(in) :: descriptor
+
+        is_terminal = c_isatty(int(descriptor, c_int)) /= 0
+    end function is_terminal
 
     logical function standard_error_is_terminal()
         standard_error_is_terminal = c_isatty(2_c_int) /= 0

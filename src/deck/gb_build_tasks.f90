@@ -85,6 +85,8 @@ contains
                 output%u = any(words%words == 'u')
                 output%v = any(words%words == 'v')
                 output%a = any(words%words == 'a')
+                output%strain = any(words%words == 'strain')
+                output%stress = any(words%words == 'stress')
                 if (size(words%words) > 1 .and. any(words%words == 'none')) &
                     call diagnostics%add(words%at, "'none' stands alone")
             end associate

@@ -243,9 +243,7 @@ contains
         call text(table, 'file', "the deck's name", 'results file, without its ending .h5')
         call whole_number(table, 'every', '1', between(1.0_wp, 1.0e9_wp), 'steps from one row to the next')
         call table%add_key(key_t(name='fields', kind=kind_choices, default='u', &
-            choices='u v a strain stress none', &
-                                 coming='strain stress', &
-                                 description='histories of the whole beam that are kept'))
+            choices='u v a strain stress none', description='histories of the whole beam that are kept'))
         call table%add_form(form_t(command='SWEEP', open=.true., description= &
             'Runs the deck for every value of a parameter, parameter=[list]; several SWEEPs cross.'))
         call text(table, 'file', '', 'table with a header line of parameter names')

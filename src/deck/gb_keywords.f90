@@ -1,5 +1,5 @@
 !> The deck reference, written from the keyword table: as plain text for `--keywords`, as Markdown for
-!> docs/deck.md.
+!> docs/deck.md, in roff for the manual page.
 module gb_keywords
     use gb_commands, only: command_table
     use gb_schema, only: schema_t, form_t, key_t, split_words, kind_real, kind_integer, kind_reals, &
@@ -8,7 +8,7 @@ module gb_keywords
     implicit none
     private
 
-    public :: print_keywords
+    public :: print_keywords, print_keywords_roff, roff
 
     integer, parameter :: width = 100, margin = 4       !! of the plain text
 
@@ -35,6 +35,51 @@ contains
             end if
         end do
     end subroutine print_keywords
+
+    !> The reference as sub-sections of a manual page.
+    subroutine print_keywords_roff(unit)
+        integer, intent(in) :: unit
+        type(schema_t) :: table
+        integer :: form, key
+
+        table = command_table()
+        do form = 1, table%n_forms
+            write (unit, '(a)') '.SS "' // roff(usage(table%forms(form))) // '"', &
+                roff(trim(table%forms(form)%description) // pending(table%forms(form)%available))
+            do key = table%forms(form)%first_key, table%forms(form)%last_key
+                if (first_form_with(table, form, key) /= form) cycle
+                write (unit, '(a)') '.TP', '.B ' // roff(trim(label(table%keys(key)))), &
+                    roff(remark(table%keys(key)))
+            end do
+            if (len(shared_keys(table, form, '')) > 0) then
+                write (unit, '(a)') '.PP', roff(shared_keys(table, form, ''))
+            end if
+        end do
+    end subroutine print_keywords_roff
+
+    !> A line of text, so that roff takes nothing in it for a command.
+    pure function roff(text) result(safe)
+        character(*), intent(in) :: text
+        character(:), allocatable :: safe
+        integer :: i
+
+        safe = ''
+        do i = 1, len(text)
+            select case (text(i:i))
+            case ('\')
+                safe = safe // '\e'
+            case ('-')
+                safe = safe // '\-'
+            case ('"')
+                safe = safe // '\(dq'
+            case ("'", '.')
+                if (i == 1) safe = safe // '\&'
+                safe = safe // text(i:i)
+            case default
+                safe = safe // text(i:i)
+            end select
+        end do
+    end function roff
 
     subroutine print_form(unit, table, form)
         integer, intent(in) :: unit

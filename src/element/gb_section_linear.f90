@@ -14,7 +14,7 @@ module gb_section_linear
     implicit none
     private
 
-    public :: linear_energy, linear_stress, linear_tangent
+    public :: linear_energy, linear_stress, linear_tangent, linear_fibre
 
 contains
 
@@ -78,6 +78,23 @@ contains
             + inertia*matmul(transpose(d1), matmul(cc1, d0) + matmul(cc0, d1))
         call add_second_gradients(g, area*s0, inertia*s1, t)
     end subroutine linear_tangent
+
+    !> The rule's own stress at the height z, S0 + z S1 as (11, 33, 13) [F/L^2].
+    pure subroutine linear_fibre(p, g, z, s, admissible)
+        real(wp), intent(in) :: p(n_constants), g(n_strains)
+        real(wp), intent(in) :: z                   !! X3 [L]
+        real(wp), intent(out) :: s(3)
+        logical, intent(out) :: admissible
+        real(wp) :: i1_minus_2, j, e1(3), s0(3), s1(3)
+
+        s = 0.0_wp
+        call gauss_invariants(0.0_wp, g, i1_minus_2, j)
+        admissible = is_admissible(i1_minus_2, j, p(4))
+        if (.not. admissible) return
+        call bending_strain(g, e1)
+        call stresses(p, g, i1_minus_2, j, e1, s0, s1)
+        s = s0 + z*s1
+    end subroutine linear_fibre
 
     !> E1 = C1/2, C1 = F0'F1 + F1'F0, as (11, 33, 2x13).
     pure subroutine bending_strain(g, e1)

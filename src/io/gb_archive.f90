@@ -48,9 +48,9 @@ module gb_archive
         procedure :: set_ascii
         !> Give a node an attribute, or the attribute another value.
         generic :: set => set_text, set_integer, set_real, set_pair
-        procedure, private :: put_reals, put_real_blocks, put_integers, put_integer_table
+        procedure, private :: put_reals, put_real_table, put_real_blocks, put_integers, put_integer_table
         !> A whole array with its unit and description, stored as `stored_...` says.
-        generic :: put => put_reals, put_real_blocks, put_integers, put_integer_table
+        generic :: put => put_reals, put_real_table, put_real_blocks, put_integers, put_integer_table
         procedure, private :: put_bytes
         procedure, private :: settle
         procedure, private :: add_array
@@ -192,6 +192,17 @@ contains
             error)
     end subroutine put_reals
 
+    subroutine put_real_table(self, parent, name, values, unit, description, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent
+        character(*), intent(in) :: name, unit, description
+        real(wp), intent(in), target, contiguous :: values(:, :)
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%put_bytes(parent, name, shape(values), stored_real64, c_loc(values), unit, description, &
+            error)
+    end subroutine put_real_table
+
     subroutine put_real_blocks(self, parent, name, values, unit, description, error)
         class(archive_t), intent(inout) :: self
         integer, intent(in) :: parent
@@ -271,12 +282,14 @@ contains
     end subroutine put_bytes
 
     !> An empty series, to be known by the number of its node.
-    subroutine add_series(self, parent, name, row_shape, stored, unit, description, node)
+    subroutine add_series(self, parent, name, row_shape, stored, unit, description, node, records)
         class(archive_t), intent(inout) :: self
         integer, intent(in) :: parent, stored
         character(*), intent(in) :: name, unit, description
         integer, intent(in) :: row_shape(:)             !! empty for scalars
         integer, intent(out) :: node
+        !> A row is so many records of that shape, one behind the other in the dimension that grows.
+        integer, intent(in), optional :: records
         type(series_t), allocatable :: grown(:)
         integer :: i, numbers
 
@@ -289,7 +302,8 @@ contains
             call move_alloc(grown, self%series)
         end if
         self%n_series = self%n_series + 1
-        numbers = product(row_shape)
+        if (present(records)) self%tree%nodes(node)%records = records
+        numbers = product(row_shape)*self%tree%nodes(node)%records
         associate (series => self%series(self%n_series))
             series = series_t(node=node, piece_rows=max(1, min(most_piece_rows, piece_numbers/numbers)))
             allocate (series%buffer(numbers, series%piece_rows))

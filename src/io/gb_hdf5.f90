@@ -162,12 +162,12 @@ contains
             pieces = node%n_pieces
             if (pieces > 1) pieces = int((node%rows + node%piece_rows - 1)/node%piece_rows)
             call h5screate_simple_f(size(node%row_shape) + 1, [int(node%row_shape, hsize_t), &
-                int(node%rows, hsize_t)], space, info)
+                int(node%rows*node%records, hsize_t)], space, info)
             properties = kit%array
             if (pieces > 1) then
                 call make_array_properties(properties, info)
                 call h5pset_chunk_f(properties, size(node%row_shape) + 1, [int(node%row_shape, hsize_t), &
-                    int(node%piece_rows, hsize_t)], info)
+                    int(node%piece_rows*node%records, hsize_t)], info)
                 call store%offer(node%pieces(:pieces), node%piece_rows*tree%row_bytes(number))
             else if (node%rows > 0) then
                 call store%offer(node%pieces(:1), node%rows*tree%row_bytes(number))

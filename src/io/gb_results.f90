@@ -4,9 +4,12 @@ module gb_results
     use gb_error, only: error_t
     use gb_text, only: to_text
     use gb_results_header, only: write_header, write_units, write_mesh
+    use gb_results_recovery, only: recovery_series_t, write_stations
     use gb_fields, only: n_fields, field_names, field_length_power
     use gb_model, only: units_t
-    use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, &
+    use gb_paraview, only: paraview_t
+    use gb_gauge, only: gauge_t
+    use gb_problem, only: problem_t, task_t, probe_t, output_t, task_static, task_modal, task_transient, &
         quantity_displacement, quantity_velocity
     use gb_state, only: state_t
     use gb_recorder, only: step_record_t
@@ -60,6 +63,12 @@ module gb_results
         !> Nodes of the running command's series.
         integer :: time = 0, fields(3) = 0, all_time = 0, energies(n_energies) = 0, solver(n_solver) = 0
         integer, allocatable :: probes(:)
+        class(gauge_t), allocatable :: gauge        !! reads strains and stresses off a state
+        type(output_t) :: output
+        type(recovery_series_t) :: recovered
+        type(paraview_t) :: paraview
+        real(wp), allocatable :: x(:)               !! reference X1 of the nodes [L]
+        integer :: commands_shown = 0               !! commands begun that have a course in time or load
         real(wp) :: opened_at = 0.0_wp              !! by the wall clock [s]
         real(wp) :: published_at = 0.0_wp           !! the last time
         real(wp) :: publish_seconds = 0.0_wp        !! how long that took
@@ -70,6 +79,7 @@ module gb_results
         procedure :: write_modes
         procedure :: end_task
         procedure :: close => close_results
+        procedure :: faces_beyond
         procedure, private :: fail
     end type results_t
 
@@ -77,15 +87,20 @@ contains
 
     !> Create NAME.h5 with all that does not change. A file that cannot be written is reported with the
     !> system's reason.
-    subroutine open_results(self, problem, error)
+    subroutine open_results(self, problem, gauge, error)
         class(results_t), intent(inout) :: self
         type(problem_t), intent(in) :: problem
+        class(gauge_t), intent(in) :: gauge
         type(error_t), allocatable, intent(out) :: error
+        integer :: mesh                             ! the group
 
         self%path = problem%output%file // '.h5'
         self%units = problem%model%units
         self%every = problem%output%every
         self%nodes = problem%model%mesh%n_nodes()
+        self%output = problem%output
+        self%x = problem%model%mesh%x
+        allocate (self%gauge, source=gauge)
         self%has_fields = [problem%output%u, problem%output%v, problem%output%a]
         allocate (self%probes(size(problem%probes)))
         call self%archive%open(self%path, error)
@@ -93,7 +108,10 @@ contains
         self%opened_at = wall_clock()
         call write_header(self%archive, problem)
         call write_units(self%archive, self%units)
-        call write_mesh(self%archive, problem%model, error)
+        call write_mesh(self%archive, problem%model, mesh, error)
+        if (.not. allocated(error) .and. (self%output%strain .or. self%output%stress)) then
+            call write_stations(self%archive, mesh, self%gauge, self%units, error)
+        end if
         self%published_at = self%opened_at
         if (self%nodes >= visible_nodes .and. .not. allocated(error)) call publish(self, error)
         if (allocated(error)) call self%fail(error)
@@ -130,6 +148,7 @@ contains
         real(wp) :: start
 
         start = wall_clock()
+        call self%paraview%count_rows(self%archive)
         call self%archive%publish(.false., start - self%opened_at > step_seconds, error)
         self%published_at = wall_clock()
         self%publish_seconds = self%published_at - start
@@ -159,8 +178,8 @@ contains
         self%grid_steps = 0
         call self%archive%add_group(root, task%name, self%group)
         call write_task_attributes(self%archive, self%group, task, self%commands)
-        if (task%kind /= task_modal) call add_all_series(self, task, probes)
-        call publish_in_time(self, command_seconds, error)
+        if (task%kind /= task_modal) call add_all_series(self, task, probes, error)
+        if (.not. allocated(error)) call publish_in_time(self, command_seconds, error)
         if (allocated(error)) call self%fail(error)
     end subroutine begin_task
 
@@ -207,10 +226,11 @@ contains
         end select
     end subroutine write_scheme_numbers
 
-    subroutine add_all_series(self, task, probes)
+    subroutine add_all_series(self, task, probes, error)
         class(results_t), intent(inout) :: self
         type(task_t), intent(in) :: task
         type(probe_t), intent(in) :: probes(:)
+        type(error_t), allocatable, intent(out) :: error
         character(:), allocatable :: time_unit, abscissa, energy_unit
         integer :: group, i
 
@@ -225,6 +245,13 @@ contains
                     self%nodes], stored_real64, field_units(self%units, i), trim(set_descriptions(i)), &
                     self%fields(i))
             end do
+            if (self%commands_shown == 0 .and. self%output%u) then
+                call self%paraview%open(archive, self%x, self%gauge, self%units, self%output%strain, error)
+                if (allocated(error)) return
+            end if
+            self%commands_shown = self%commands_shown + 1
+            call self%paraview%begin_task()
+            call self%recovered%create(archive, self%group, self%gauge, self%output, self%units)
             call archive%add_group(self%group, 'probes', group)
             call archive%add_series(group, 'time', [integer ::], stored_real64, time_unit, &
                 abscissa // ' of every step', self%all_time)
@@ -366,6 +393,9 @@ contains
                 state%v, error)
             if (self%has_fields(3) .and. .not. allocated(error)) call archive%append(self%fields(3), &
                 state%a, error)
+            if (.not. allocated(error)) call self%recovered%append(archive, self%gauge, state%u, error)
+            if (.not. allocated(error)) call self%paraview%append(archive, self%gauge, abscissa, state%u, &
+                error)
         end associate
     end subroutine write_row
 
@@ -388,6 +418,14 @@ contains
         if (allocated(error)) call self%fail(error)
     end subroutine write_modes
 
+    !> How many faces of the command's rows lay beyond the material's limits, so that another point's stress
+    !> stands in for theirs.
+    pure integer function faces_beyond(self)
+        class(results_t), intent(in) :: self
+
+        faces_beyond = self%recovered%beyond
+    end function faces_beyond
+
     !> Nothing is added to the running command's group any more.
     subroutine end_task(self, error)
         class(results_t), intent(inout) :: self
@@ -409,6 +447,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         if (.not. self%archive%is_open()) return
+        call self%paraview%count_rows(self%archive)
         call self%archive%set(root, 'status', status)
         call self%archive%set(root, 'message', message)
         call self%archive%set(root, 'wall_seconds', wall_seconds)

@@ -7,6 +7,7 @@ module gb_results_header
     use gb_mesh, only: max_element_nodes
     use gb_model, only: model_t, units_t
     use gb_problem, only: problem_t
+    use gb_scene, only: scene_lines
     use gb_archive, only: archive_t, root, stored_int32, stored_int8
     implicit none
     private
@@ -33,6 +34,7 @@ contains
         call archive%set(root, 'cpu_seconds', 0.0_wp)
         call archive%put_text(root, 'deck', problem%deck_text, '', 'the deck as read', node)
         call archive%set(node, 'parameters', problem%parameters)
+        call archive%set(node, 'scene', scene_lines(problem%model))
     end subroutine write_header
 
     !> ISO 8601 with the offset from UTC.
@@ -58,12 +60,13 @@ contains
         call archive%set(group, 'time', units%time)
     end subroutine write_units
 
-    subroutine write_mesh(archive, model, error)
+    subroutine write_mesh(archive, model, group, error)
         type(archive_t), intent(inout) :: archive
         type(model_t), intent(in) :: model
+        integer, intent(out) :: group
         type(error_t), allocatable, intent(out) :: error
         integer, allocatable :: elements(:, :)
-        integer :: group, e, i
+        integer :: e, i
 
         associate (mesh => model%mesh)
             allocate (elements(max_element_nodes, mesh%n_elements()))

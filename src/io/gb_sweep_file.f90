@@ -100,6 +100,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(error_t), allocatable :: ignored
         type(archive_t) :: archive
+        integer :: mesh
 
         ! HDF5 asks once, when it starts: others can read the file while it is being written.
         call set_environment_default('HDF5_USE_FILE_LOCKING', 'FALSE')
@@ -107,7 +108,7 @@ contains
         if (allocated(error)) return
         call write_header(archive, problem)
         call write_units(archive, problem%model%units)
-        call write_mesh(archive, problem%model, error)
+        call write_mesh(archive, problem%model, mesh, error)
         if (.not. allocated(error)) call archive%publish(.true., .false., error)
         if (allocated(error)) then
             call archive%close(ignored)

@@ -35,7 +35,8 @@ module gb_tree
         integer :: target = 0
         character(:), allocatable :: text
         integer :: stored = stored_real64
-        integer(i8), allocatable :: row_shape(:)    !! of a row, as Fortran orders it
+        integer(i8), allocatable :: row_shape(:)    !! of a record, as Fortran orders it
+        integer :: records = 1                      !! places of the last dimension that a row takes
         integer(i8) :: rows = 0
         integer(i8) :: piece_rows = 1               !! rows of a piece, where there is more than one
         integer :: n_pieces = 0
@@ -93,6 +94,7 @@ contains
         to%n_attributes = from%n_attributes
         to%target = from%target
         to%stored = from%stored
+        to%records = from%records
         to%rows = from%rows
         to%piece_rows = from%piece_rows
         to%n_pieces = from%n_pieces
@@ -149,7 +151,8 @@ contains
         class(tree_t), intent(in) :: self
         integer, intent(in) :: node
 
-        row_bytes = product(self%nodes(node)%row_shape)*stored_bytes(self%nodes(node)%stored)
+        row_bytes = product(self%nodes(node)%row_shape)*self%nodes(node)%records &
+            *stored_bytes(self%nodes(node)%stored)
     end function row_bytes
 
     !> Whether a node stands below a group.

@@ -42,7 +42,7 @@ module gb_problem
     type, public :: output_t
         character(:), allocatable :: file           !! results file, without its ending .h5
         integer :: every = 1                        !! steps between two rows
-        logical :: u = .true., v = .false., a = .false.
+        logical :: u = .true., v = .false., a = .false., strain = .false., stress = .false.
     end type output_t
 
     type, public :: problem_t

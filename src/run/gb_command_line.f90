@@ -4,6 +4,7 @@ module gb_command_line
     use gb_text, only: nearest_name, newline
     use gb_log, only: log_quiet, log_normal, log_verbose
     use gb_deck, only: override_t
+    use gb_options, only: option_entry_t, option_table
     implicit none
     private
 
@@ -17,6 +18,8 @@ module gb_command_line
         logical :: show_keywords = .false., as_markdown = .false.
         logical :: show_version = .false.
         logical :: show_help = .false.
+        logical :: show_manual = .false.
+        logical :: show_completion = .false.
         integer :: threads = 0                      !! 0: not given
         integer :: shard = 1, shards = 0            !! shards = 0: not given
         logical :: shard_from_environment = .false. !! --shard auto
@@ -25,11 +28,7 @@ module gb_command_line
         integer :: log_level = log_normal
     end type options_t
 
-    character(10), parameter :: option_names(14) = [character(10) :: '--output', '--set', '--check', &
-        '--restart', '--threads', '--shard', '--merge', '--max-time', '--quiet', '--verbose', '--keywords', &
-        '--markdown', '--version', '--help']
-
-    public :: read_command_line, help_text
+    public :: read_command_line
 
 contains
 
@@ -71,7 +70,8 @@ contains
                     value = argument(i)
                 end if
                 call take_value(options, name, value, error)
-            case ('--check', '--keywords', '--markdown', '--version', '--help', '--quiet', '--verbose')
+            case ('--check', '--keywords', '--markdown', '--version', '--help', '--quiet', '--verbose', &
+                  '--man', '--completion')
                 if (has_value) then
                     call raise(error, status_input, 'option ' // name // ' takes no value')
                 else
@@ -111,6 +111,10 @@ contains
             options%show_version = .true.
         case ('--help')
             options%show_help = .true.
+        case ('--man')
+            options%show_manual = .true.
+        case ('--completion')
+            options%show_completion = .true.
         case ('--quiet')
             options%log_level = log_quiet
         case ('--verbose')
@@ -198,12 +202,14 @@ contains
         type(options_t), intent(inout) :: options
         character(*), intent(in) :: word
         type(error_t), allocatable, intent(out) :: error
+        type(option_entry_t), allocatable :: known(:)
         character(:), allocatable :: hint
 
         if (len(word) == 0) then
             call raise(error, status_input, 'the name of the deck is empty')
         else if (word(1:1) == '-' .and. len(word) > 1) then
-            hint = nearest_name(word, option_names)
+            known = option_table()
+            hint = nearest_name(word, known%name)
             if (len(hint) > 0) hint = newline // '    did you mean ''' // hint // '''?'
             call raise(error, status_input, 'unknown option ''' // word // '''' // hint)
         else if (len(options%merge_into) > 0) then
@@ -215,23 +221,5 @@ contains
             options%deck = word
         end if
     end subroutine take_deck
-
-    pure function help_text() result(text)
-        character(:), allocatable :: text
-
-        text = 'usage: gentbeam [options] [deck]            without a deck: standard input' // newline &
-            // newline // '  -o, --output NAME   results go to NAME.h5 (replaces OUTPUT file=)' // newline &
-            // '  --set name=value    replace a PARAMETER''s value (repeatable)' // newline &
-            // '  --check             read and check the deck, print the model''s summary, run nothing' &
-            // newline // '  --threads N         threads for SWEEP members' // newline &
-            // '  --shard I/N         run every N-th SWEEP member only, from the I-th on, into' // newline &
-            // '                      NAME.shard-I-of-N.h5; auto: I and N from MPI or Slurm' // newline &
-            // '  --merge OUT FILE... join the results of shards into OUT.h5' // newline &
-            // '  -q, --quiet         print less' // newline &
-            // '  -v, --verbose       print every Newton iteration' // newline &
-            // '  --keywords          print the deck reference (--markdown: as Markdown)' // newline &
-            // '  --version, --help' // newline // newline &
-            // 'exit status: 0 done, 1 deck or command line wrong, 2 solution failed, 3 file trouble'
-    end function help_text
 
 end module gb_command_line

@@ -5,7 +5,8 @@ module gb_monitor
     use gb_text, only: to_text
     use gb_member, only: extremes_t
     use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, &
-        quantity_displacement, quantity_velocity
+        quantity_displacement
+    use gb_gauge, only: gauge_t
     use gb_state, only: state_t
     use gb_recorder, only: recorder_t, step_record_t
     use gb_sensor, only: sensor_t, place_sensor
@@ -44,9 +45,10 @@ module gb_monitor
 contains
 
     !> Open the results file and place the probes.
-    subroutine open_monitor(self, problem, log_level, error)
+    subroutine open_monitor(self, problem, gauge, log_level, error)
         class(monitor_t), intent(inout) :: self
         type(problem_t), intent(in) :: problem
+        class(gauge_t), intent(in) :: gauge
         integer, intent(in) :: log_level
         type(error_t), allocatable, intent(out) :: error
         integer :: i
@@ -56,7 +58,7 @@ contains
         self%has_energy = .not. problem%model%has_no_potential()
         allocate (self%extremes(size(self%probes)))
         self%sensors = [(place_sensor(problem%model%mesh, self%probes(i)), i=1, size(self%probes))]
-        call self%results%open(problem, error)
+        call self%results%open(problem, gauge, error)
     end subroutine open_monitor
 
     subroutine begin_task(self, task, error)
@@ -207,6 +209,9 @@ contains
         call self%log%line('  ' // to_text(self%last%number) // ' steps, ' // to_text(self%iterations) // &
                            ' Newton iterations, ' // to_text(self%cuts) // ' cuts')
         if (self%task%kind == task_transient) call report_energy(self)
+        if (self%results%faces_beyond() > 0) call self%log%line('  warning: ' &
+            // to_text(self%results%faces_beyond()) // ' times a face lay beyond the material''s limits, ' &
+            // 'where no stress exists; that of the next integration point stands there')
     end subroutine end_task
 
     subroutine report_extremes(self)

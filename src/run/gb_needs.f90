@@ -14,6 +14,8 @@ module gb_needs
     integer(i8), parameter :: explicit_own = 1150_i8, block_own = 1500_i8
     integer(i8), parameter :: symmetric_own = 1400_i8, symmetric_band = 650_i8
     integer(i8), parameter :: general_own = 2300_i8, general_band = 1000_i8
+    integer(i8), parameter :: picture_bytes = 150_i8        !! the motion for ParaView
+    integer(i8), parameter :: strain_bytes = 300_i8, stress_bytes = 300_i8  !! where they are kept
     integer(i8), parameter :: mode_bytes = 160_i8          !! of every natural mode that is looked for
     integer(i8), parameter :: program_bytes = 16000000_i8  !! without any model
 
@@ -40,6 +42,9 @@ contains
             end if
             most = max(most, a_node)
         end do
+        if (problem%output%u) most = most + picture_bytes
+        if (problem%output%strain) most = most + strain_bytes
+        if (problem%output%stress) most = most + stress_bytes
         bytes = program_bytes + most*problem%model%mesh%n_nodes()
     end function memory_needed
 

@@ -5,20 +5,25 @@ module gb_run
     use gb_error, only: error_t, raise, status_ok, status_input, status_file
     use gb_text, only: to_text
     use gb_version, only: program_version, git_revision
+    use gb_colour, only: has_colours, colour_report, standard_error
     use gb_log, only: log_t
     use gb_capacity, only: lacks_memory
+    use gb_sketch, only: draw_model
     use gb_posix, only: ignore_write_signals
     use gb_threads, only: use_one_blas_thread
     use gb_problem, only: problem_t
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
     use gb_external, only: external_t, build_external
+    use gb_recovery, only: build_recovery
     use gb_initial, only: initial_state
     use gb_task, only: run_task
     use gb_deck, only: read_deck, read_source, source_t, diagnostics_t, recipe_t
     use gb_keywords, only: print_keywords
     use gb_summary, only: print_summary
-    use gb_command_line, only: options_t, read_command_line, help_text
+    use gb_options, only: help_text
+    use gb_manual, only: print_manual, print_completion
+    use gb_command_line, only: options_t, read_command_line
     use gb_merge_run, only: run_merge
     use gb_monitor, only: monitor_t
     use gb_needs, only: memory_needed
@@ -37,6 +42,7 @@ contains
         integer, intent(out) :: status
         type(options_t) :: options
         type(error_t), allocatable :: error
+        character(:), allocatable :: message
 
         call ignore_write_signals()
         status = status_ok
@@ -47,6 +53,12 @@ contains
                 return
             else if (options%show_version) then
                 write (output_unit, '(a)') 'gentbeam ' // program_version // ' (' // git_revision // ')'
+                return
+            else if (options%show_manual) then
+                call print_manual(output_unit)
+                return
+            else if (options%show_completion) then
+                call print_completion(output_unit)
                 return
             else if (options%show_keywords) then
                 call print_keywords(output_unit, options%as_markdown)
@@ -59,7 +71,9 @@ contains
             end if
         end if
         if (allocated(error)) then
-            write (error_unit, '(a)') 'gentbeam: error: ' // error%message
+            message = 'gentbeam: error: ' // error%message
+            if (has_colours(standard_error)) message = colour_report(message)
+            write (error_unit, '(a)') message
             status = error%status
         end if
     end subroutine run_program
@@ -70,6 +84,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(source_t) :: source
         type(diagnostics_t) :: diagnostics
+        character(:), allocatable :: report
         type(problem_t) :: problem
         type(recipe_t) :: recipe
         type(share_t) :: share
@@ -81,7 +96,9 @@ contains
         if (allocated(error)) return
         call read_deck(source, options%overrides, problem, diagnostics, recipe)
         if (diagnostics%count() > 0) then
-            write (error_unit, '(a)', advance='no') diagnostics%render(source%name, source%text)
+            report = diagnostics%render(source%name, source%text)
+            if (has_colours(standard_error)) report = colour_report(report)
+            write (error_unit, '(a)', advance='no') report
             status = status_input
             return
         end if
@@ -90,7 +107,10 @@ contains
         if (allocated(error)) return
         log%level = options%log_level
         call print_summary(problem, log)
-        if (options%check_only) return
+        if (options%check_only) then
+            call draw_model(problem%model, log)
+            return
+        end if
         if (share%members == 0) then
             call check_memory(problem, error)
             if (.not. allocated(error)) call solve_problem(problem, options, error)
@@ -130,10 +150,10 @@ contains
         call use_one_blas_thread()
         call system_clock(start)
         call cpu_time(cpu_start)
-        call monitor%open(problem, options%log_level, error)
+        system = build_system(problem%model)
+        call monitor%open(problem, build_recovery(problem%model, system), options%log_level, error)
         if (allocated(error)) return
         call monitor%log%line('  results: ' // monitor%results%path)
-        system = build_system(problem%model)
         external = build_external(problem%model)
         call initial_state(problem%model, system, state, error)
         has_velocities = .true.

@@ -201,7 +201,7 @@ def on_terminal(gentbeam, *options):
 
 def test_progress_bar_on_a_terminal(gentbeam):
     text = on_terminal(gentbeam)
-    parts = re.findall(r"\r  \[(#*)(\.*)\] (\d+) %, (\d+) s left", text)
+    parts = re.findall(r"\r  \[(#*)(\.*)\] (\d+) %, ((?:\d+ (?:h|min|s) ?)+) left", text)
     assert parts
     assert all(len(done) + len(left) == 40 for done, left, _, _ in parts)
     percentages = [int(percent) for _, _, percent, _ in parts]
@@ -213,3 +213,104 @@ def test_no_bar_elsewhere(gentbeam):
     gentbeam(deck=small_deck("TRANSIENT newmark step=2e-7 end=6e-3"))
     assert gentbeam.err == ""
     assert on_terminal(gentbeam, "-q") == ""
+
+
+SCENE = """\
+GENTBEAM everything that can be drawn
+MATERIAL m gent mu=5000 c=2500 jm=2 rho=1e-6
+SECTION thick rectangle b=1 h=1
+SECTION thin rectangle b=1 h=0.5
+LINE from=0 to=6 elements=6 section=thick
+LINE from=6 to=12 elements=2 nodes=5 section=thin
+PIN x=0
+ROLLER x=6
+CLAMP x=12
+PRESCRIBE x=7.5 u3=-0.25
+POINT x=3 f1=2 m3=-1
+DISTRIBUTED from=3 to=9 q3=-20
+GRAVITY g3=9.81
+END
+STATIC
+STOP
+"""
+
+
+def test_check_draws_the_model_to_scale(gentbeam):
+    """61 columns for the beam: 5 a unit of length."""
+    gentbeam("--check", deck=SCENE)
+    drawn = gentbeam.out.split("solution commands\n\n")[1]
+    lines = drawn.splitlines()
+    assert [line[14:] for line in lines[:5]] == [
+        61 * "^",
+        15 * " " + 31 * "v",
+        15 * " " + ">",
+        15 * " " + "@",
+        38 * " " + "*",
+    ]
+    assert [line[:14].strip() for line in lines[:5]] == ["g3 9.81", "q3 -20", "f1 2", "m3 -1", "u3 = -0.25"]
+    beam = lines[5][14:]
+    assert len(beam) == 61
+    assert [i for i, mark in enumerate(beam) if mark == "+"] == [0, 5, 10, 15, 20, 25, 30, 45, 60]
+    assert [i for i, mark in enumerate(beam[:30]) if mark == "o"] == [3, 8, 13, 18, 23, 28]
+    assert beam[31:60].count("o") == 6 and beam[:30].count("=") == 18 and beam[31:60].count("-") == 22
+    assert lines[6][14:] == "A" + 29 * " " + "O" + 29 * " " + "X"
+    assert lines[7].split() == ["0", "6", "12"] and lines[7].index("6") == 44
+    assert "- thinner" in lines[8] and len(lines) == 9
+
+
+def test_check_draws_many_nodes(gentbeam):
+    gentbeam("--check", deck=small_deck().replace("elements=4", "elements=400"))
+    assert 14 * " " + 61 * "#" in gentbeam.out.splitlines() and "# several nodes" in gentbeam.out
+
+
+ESCAPE = "\x1b["
+
+
+def both_on_terminal(gentbeam, *options, deck, **environment):
+    """Output and errors of the program on a terminal, and its exit status."""
+    ours, theirs = pty.openpty()
+    (gentbeam.folder / "deck.inp").write_text(deck)
+    process = subprocess.Popen(
+        [gentbeam.executable, *options, "deck.inp"],
+        stdout=theirs,
+        stderr=theirs,
+        cwd=gentbeam.folder,
+        env={**{k: v for k, v in os.environ.items() if k != "NO_COLOR"}, "TERM": "xterm", **environment},
+    )
+    os.close(theirs)
+    written = b""
+    while select.select([ours], [], [], 60.0)[0]:
+        try:
+            block = os.read(ours, 65536)
+        except OSError:
+            break
+        if not block:
+            break
+        written += block
+    os.close(ours)
+    return written.decode().replace("\r\n", "\n"), process.wait(60)
+
+
+def test_colours_on_a_terminal(gentbeam):
+    wrong = small_deck().replace("elements=4", "elemnts=4")
+    text, status = both_on_terminal(gentbeam, deck=wrong)
+    assert status == 1
+    bold, red, green, reset = (ESCAPE + code for code in ("1m", "1;31m", "32m", "0m"))
+    assert f"{bold}deck.inp:6:29: {reset}{red}error:{reset} unknown key 'elemnts' in LINE\n" in text
+    assert re.search(re.escape(green) + r" +\^~+" + re.escape(reset) + "\n", text)
+    text, status = both_on_terminal(gentbeam, deck=small_deck())
+    assert status == 0 and f"{green}done in" in text
+
+
+@pytest.mark.parametrize("environment", [{"NO_COLOR": "1"}, {"TERM": "dumb"}])
+def test_no_colours_where_they_are_not_wanted(gentbeam, environment):
+    for deck in (small_deck(), small_deck().replace("elements=4", "elemnts=4")):
+        text, _ = both_on_terminal(gentbeam, deck=deck, **environment)
+        assert ESCAPE not in text and text
+
+
+def test_no_colours_in_pipes(gentbeam):
+    gentbeam(deck=small_deck())
+    assert ESCAPE not in gentbeam.out
+    gentbeam(deck=small_deck().replace("elements=4", "elemnts=4"), status=1)
+    assert ESCAPE not in gentbeam.err

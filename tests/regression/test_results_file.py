@@ -77,6 +77,25 @@ def test_deck_is_kept_as_read(gentbeam):
         assert {name: float(value) for name, value in parameters.items()} == {"jm": 1e20, "q": 1.5}
 
 
+def test_scene_has_numbers_for_expressions(gentbeam):
+    model = """SLIDE x=10
+PRESCRIBE x=5 u3=2*q history=slow
+POINT x=2.5 f1=-1 m3=q^2 history=slow stage=static
+GRAVITY g3=-9.81
+"""
+    text = small_deck(model="OUTPUT fields=none").replace("CLAMP", "HISTORY slow ramp rise=1\nCLAMP")
+    gentbeam("--set", "q=1.5", deck=text.replace("OUTPUT", model + "OUTPUT"))
+    with gentbeam.results() as file:
+        assert text_attribute(file["deck"], "scene").splitlines() == [
+            "support x=0 u1 u3 y1 y3 xi",
+            "support x=10 u1 y1 y3",
+            "prescribed x=5 u3=3 history=slow",
+            "point x=2.5 f1=-1 m3=2.25 history=slow stage=static",
+            "distributed from=0 to=10 q3=1.5 history=step stage=all",
+            "gravity g3=-9.81 history=step stage=all",
+        ]
+
+
 def test_units(everything):
     units = everything["units"]
     assert {name: text_attribute(units, name) for name in units.attrs} == {
@@ -294,4 +313,73 @@ def test_running_file_can_be_read_and_survives_a_kill(gentbeam):
         kept = group["time"].shape[0]
         assert file.attrs["status"] == "running" and kept >= rows
         assert group["u"].shape == (kept, NODES, 5) and np.isfinite(group["u"][()]).all()
+        shown = file["VTKHDF/Steps"].attrs["NSteps"]
+        assert rows <= shown <= file["VTKHDF/Points"].shape[0] // (3 * NODES)
         assert group["probes/tip"][:kept].tolist() == group["u"][:, -1, 1].tolist()
+
+
+RECOVERED = {
+    "strain/E": ((8, 5, 3), "1"),
+    "strain/I1-2": ((8, 5), "1"),
+    "strain/J": ((8, 5), "1"),
+    "stress/axial": ((8,), "lbf"),
+    "stress/shear": ((8,), "lbf"),
+    "stress/moment": ((8,), "lbf*in"),
+    "stress/S": ((8, 5, 3), "lbf/in^2"),
+    "stress/cauchy": ((8, 5, 3), "lbf/in^2"),
+}
+
+
+@pytest.mark.parametrize("asked", ["strain", "stress", "strain stress"])
+def test_strains_and_stresses_on_demand(gentbeam, asked):
+    """Rows of both as u has them; stations are the two Gauss points of each element, heights faces and three
+    Gauss points."""
+    gentbeam(deck=small_deck(ALL, f"OUTPUT every=2 fields=[u {asked}]"))
+    with gentbeam.results() as file:
+        stations = file["mesh/stations"]
+        points = 1.25 * (1.0 + np.array([-1.0, 1.0]) / np.sqrt(3.0))
+        expected = 2.5 * np.arange(ELEMENTS)[:, None] + points
+        assert stations["x"][:].reshape(ELEMENTS, 2) == pytest.approx(expected)
+        assert stations["element"][:].tolist() == [e for e in range(ELEMENTS) for _ in range(2)]
+        inner = 0.5 * np.sqrt(0.6)
+        assert stations["x3"][:] == pytest.approx(np.tile([-0.5, -inner, 0.0, inner, 0.5], (8, 1)))
+        for command, rows in (("swing", 4), ("static", 3)):
+            found = datasets(file[command])
+            groups = {name.split("/")[0] for name in found} & {"strain", "stress"}
+            assert groups == set(asked.split())
+            for name, (shape, unit) in RECOVERED.items():
+                if name.split("/")[0] not in asked.split():
+                    continue
+                item = found[name]
+                assert item.shape == (rows, *shape) and item.dtype == "<f8", name
+                assert text_attribute(item, "unit") == unit and text_attribute(item, "description"), name
+                assert np.isfinite(item[()]).all(), name
+            assert found["time"].shape == (rows,)
+        assert not {"strain", "stress"} & set(file["modal"])
+
+
+def test_faces_beyond_the_limit_have_the_stress_of_the_next_point(gentbeam):
+    """Two Gauss points do not see the faces of a bent bar pass the limit of the chains, where no stress
+    exists. The log says so, and what stands there is that of the Gauss point beside it."""
+    deck = """\
+GENTBEAM bar bent by couples
+MATERIAL m gent mu=5000 c=2500 jm=0.01 rho=1e-6
+SECTION s rectangle b=1 h=1 points=2
+LINE from=0 to=10 elements=8
+CLAMP x=0
+POINT x=10 m1=300
+OUTPUT fields=[strain stress]
+END
+STATIC steps=20
+STOP
+"""
+    gentbeam(deck=deck)
+    assert "times a face lay beyond the material's limits" in gentbeam.out
+    with gentbeam.results() as file:
+        limit, s = file["static/strain/I1-2"][-1], file["static/stress/S"][-1]
+        beyond = limit >= 0.01
+        assert beyond[:, [0, 3]].any() and not beyond[:, 1:3].any(), limit
+        assert np.isfinite(s).all()
+        beside = s[:, [1, 1, 2, 2]]
+        assert s[beyond].tolist() == beside[beyond].tolist()
+        assert (s[~beyond][:, 0] != 0.0).all()
