@@ -4,7 +4,7 @@ module gb_deck
     use gb_build_loads, only: build_support, build_prescribed, build_point_load, build_distributed_load, &
         build_gravity, build_initial, build_damping
     use gb_build_model, only: build_units, build_material, build_section, build_line
-    use gb_build_tasks, only: build_probe, build_output, build_task
+    use gb_build_tasks, only: build_probe, build_output, build_checkpoint, build_task
     use gb_check_model, only: close_model
     use gb_command, only: command_t
     use gb_commands, only: command_table
@@ -307,7 +307,8 @@ contains
                                                          other=progress%end_place, note='END is here')
                 if (name == 'GENTBEAM' .and. progress%last_command%first > at%first) in_place = .false.
             case (part_solution)
-                progress%any_task = .true.
+                ! A checkpoint alone solves nothing.
+                progress%any_task = progress%any_task .or. name /= 'CHECKPOINT'
                 if (progress%closed) return
                 in_place = .not. survey%has_end
                 if (in_place) then
@@ -362,6 +363,8 @@ contains
             call build_probe(command, draft, diagnostics)
         case ('OUTPUT')
             call build_output(command, draft, diagnostics)
+        case ('CHECKPOINT')
+            call build_checkpoint(command, draft, diagnostics)
         case ('STATIC', 'MODAL', 'TRANSIENT')
             call build_task(command, draft, diagnostics)
         end select

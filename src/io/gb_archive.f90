@@ -10,6 +10,7 @@ module gb_archive
         attribute_text, attribute_ascii, attribute_integer, attribute_real, attribute_pair, stored_real64, &
         stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8
     use gb_hdf5, only: start_hdf5, write_tree
+    use gb_hdf5_input, only: hid_t, get_rows, count_rows
     implicit none
     private
 
@@ -40,6 +41,8 @@ module gb_archive
         procedure :: add_link
         procedure :: add_series
         procedure :: append
+        procedure :: row_counts
+        procedure :: replay
         procedure :: finish
         procedure :: publish
         procedure :: retract
@@ -322,6 +325,50 @@ contains
             if (modulo(series%rows, int(series%piece_rows, i8)) == 0) call self%settle(i, .true., error)
         end associate
     end subroutine append
+
+    !> Rows of each series that still grows.
+    pure function row_counts(self) result(counts)
+        class(archive_t), intent(in) :: self
+        integer :: counts(self%n_series)
+
+        counts = int(self%series(:self%n_series)%rows)
+    end function row_counts
+
+    !> Take the rows of every series that still grows over from an older file, as many as `counts` says, or
+    !> all of them.
+    subroutine replay(self, file, error, counts)
+        class(archive_t), intent(inout) :: self
+        integer(hid_t), intent(in) :: file
+        type(error_t), allocatable, intent(out) :: error
+        integer, intent(in), optional :: counts(:)      !! (n_series)
+        character(:), allocatable :: path
+        real(wp), allocatable :: rows(:, :)
+        integer(i8) :: row, last
+        integer :: i, k, node
+
+        do i = 1, self%n_series
+            node = self%series(i)%node
+            path = self%tree%path(node)
+            if (present(counts)) then
+                last = counts(i)
+            else
+                last = count_rows(file, path, self%tree%nodes(node)%row_shape)
+            end if
+            row = 0
+            do while (row < last)
+                allocate (rows(size(self%series(i)%buffer, 1), min(last - row, &
+                    int(self%series(i)%piece_rows, i8))))
+                call get_rows(file, path, self%tree%nodes(node)%row_shape, row, rows, error)
+                if (allocated(error)) return
+                do k = 1, size(rows, 2)
+                    call self%append(node, rows(:, k), error)
+                    if (allocated(error)) return
+                end do
+                row = row + size(rows, 2)
+                deallocate (rows)
+            end do
+        end do
+    end subroutine replay
 
     !> Index of a growing series; they stand in the order of their nodes.
     pure integer function place_of(self, node) result(low)

@@ -1,5 +1,6 @@
 !> The command line: options as docs/results.md lists them.
 module gb_command_line
+    use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_input
     use gb_text, only: nearest_name, newline
     use gb_log, only: log_quiet, log_normal, log_verbose
@@ -15,6 +16,8 @@ module gb_command_line
         logical :: show_keywords = .false., as_markdown = .false.
         logical :: show_version = .false.
         logical :: show_help = .false.
+        character(:), allocatable :: restart        !! checkpoint to go on from; empty where not given
+        real(wp) :: max_seconds = 0.0_wp            !! of --max-time [s]; 0: no limit
         integer :: threads = 1
         integer :: log_level = log_normal
     end type options_t
@@ -22,6 +25,8 @@ module gb_command_line
     character(10), parameter :: option_names(14) = [character(10) :: '--output', '--set', '--check', &
         '--restart', '--threads', '--shard', '--merge', '--max-time', '--quiet', '--verbose', '--keywords', &
         '--markdown', '--version', '--help']
+
+    real(wp), parameter :: most_seconds = 1.0e9_wp
 
     public :: read_command_line, help_text
 
@@ -37,6 +42,7 @@ contains
 
         options%deck = ''
         options%output = ''
+        options%restart = ''
         allocate (options%overrides(0))
         i = 1
         do while (i <= command_argument_count())
@@ -53,7 +59,7 @@ contains
                 end if
             end if
             select case (name)
-            case ('-o', '--output', '--set', '--threads')
+            case ('-o', '--output', '--set', '--threads', '--restart', '--max-time')
                 if (.not. has_value) then
                     i = i + 1
                     if (i > command_argument_count()) then
@@ -75,7 +81,7 @@ contains
                 call take_switch(options, '--quiet')
             case ('-v')
                 call take_switch(options, '--verbose')
-            case ('--restart', '--shard', '--merge', '--max-time')
+            case ('--shard', '--merge')
                 call raise(error, status_input, 'option ' // name // ' is not available yet')
             case default
                 call take_deck(options, word, error)
@@ -137,6 +143,17 @@ contains
             end if
             options%overrides = [options%overrides, override_t(trim(adjustl(value(:mark - 1))), value(mark &
                 + 1:))]
+        case ('--restart')
+            options%restart = value
+            if (len_trim(value) == 0) call raise(error, status_input, &
+                'option --restart needs the name of a checkpoint')
+        case ('--max-time')
+            read (value, *, iostat=info) options%max_seconds
+            if (info /= 0 .or. verify(value, '0123456789.eE+-') > 0 &
+                .or. .not. (options%max_seconds > 0.0_wp .and. options%max_seconds <= most_seconds)) then
+                call raise(error, status_input, 'option --max-time needs a number of seconds above 0, ' &
+                    // 'not ''' // value // '''')
+            end if
         case ('--threads')
             read (value, *, iostat=info) options%threads
             if (info /= 0 .or. verify(value, '0123456789') > 0 .or. options%threads < 1) then
@@ -184,12 +201,16 @@ contains
             // newline // '  -o, --output NAME   results go to NAME.h5 (replaces OUTPUT file=)' // newline &
             // '  --set name=value    replace a PARAMETER''s value (repeatable)' // newline &
             // '  --check             read and check the deck, print the model''s summary, run nothing' &
-            // newline // '  --threads N         threads for SWEEP members' // newline &
+            // newline // '  --restart FILE      go on from a checkpoint of the same deck' // newline &
+            // '  --max-time SECONDS  write a checkpoint and stop before this much wall time has gone' &
+            // newline &
+            // '  --threads N         threads for SWEEP members' // newline &
             // '  -q, --quiet         print less' // newline &
             // '  -v, --verbose       print every Newton iteration' // newline &
             // '  --keywords          print the deck reference (--markdown: as Markdown)' // newline &
             // '  --version, --help' // newline // newline &
-            // 'exit status: 0 done, 1 deck or command line wrong, 2 solution failed, 3 file trouble'
+            // 'exit status: 0 done, 1 deck or command line wrong, 2 solution failed, 3 file trouble,' &
+            // newline // '             4 stopped by a signal or --max-time, with a checkpoint'
     end function help_text
 
 end module gb_command_line
