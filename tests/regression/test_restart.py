@@ -125,8 +125,8 @@ def check_interruptions(gentbeam, deck, least):
 def test_every_scheme(gentbeam, scheme, drive):
     solution = f"""STATIC steps=30 load=0.3 name=bend
 MODAL count=3
-TRANSIENT {scheme} step=2e-5 end=8e-3 name=first
-TRANSIENT {scheme} step=3e-5 end=3e-3 name=second"""
+TRANSIENT {scheme} step=5e-6 end=8e-3 name=first
+TRANSIENT {scheme} step=7e-6 end=3e-3 name=second"""
     check_interruptions(gentbeam, rich_deck(solution, drive), least=4)
 
 
