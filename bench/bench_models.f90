@@ -11,6 +11,7 @@ module bench_models
     use gb_system, only: system_t, build_system
     use gb_external, only: external_t, build_external
     use gb_transient, only: run_transient
+    use gb_memory, only: memory_t
     implicit none
     private
 
@@ -89,6 +90,7 @@ contains
         type(counter_t), intent(out) :: counter
         real(wp), intent(out) :: time               !! [s]
         type(state_t) :: state
+        type(memory_t) :: memory
         type(error_t), allocatable :: error
         real(wp) :: start
 
@@ -97,7 +99,7 @@ contains
         state%v = 0.0_wp
         state%a = 0.0_wp
         start = seconds()
-        call run_transient(system, external, model%mesh, task, state, counter, error)
+        call run_transient(system, external, model%mesh, task, memory, state, counter, error)
         time = seconds() - start
         if (allocated(error)) time = huge(time)
     end subroutine run_counted

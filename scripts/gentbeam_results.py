@@ -10,8 +10,10 @@ Whatever is wrong with a file is a ResultsError of one line that says what is th
 """
 
 import argparse
+import functools
 import os
 import re
+import signal
 import sys
 from dataclasses import dataclass
 from typing import Optional
@@ -25,8 +27,56 @@ HISTORY_KINDS = ("transient", "static")
 FIELDS = ("u1", "u3", "y1", "y3", "xi")
 
 
+# What h5py and numpy raise where a file does not hold what it should.
+DAMAGE = (OSError, RuntimeError, LookupError, ValueError, TypeError, ArithmeticError, MemoryError)
+
+# Bytes of an array that is looked through before it is used.
+WHOLE = 100_000_000
+
+
 class ResultsError(Exception):
     """A results file that cannot be used as asked; the text is for the user."""
+
+
+def reads_file(method):
+    """For methods of what has a `path`: a file that is damaged becomes a ResultsError."""
+
+    @functools.wraps(method)
+    def guarded(self, *arguments, **options):
+        try:
+            return method(self, *arguments, **options)
+        except DAMAGE as error:
+            raise ResultsError(f"{self.path}: is damaged: {one_line(error)}") from error
+
+    return guarded
+
+
+def survives_reading(path):
+    """Whether HDF5 comes back from a walk through the file: damaged metadata can end the process that reads
+    them, so another one goes first."""
+    if not hasattr(os, "fork"):
+        return True
+    process = os.fork()
+    if process == 0:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(10 + os.path.getsize(path) // 20_000_000)
+        try:
+            with h5py.File(path, "r", locking=False) as file:
+                look_at("/", file)
+                file.visititems(look_at)
+        except BaseException:  # whatever Python can tell is told by the reader itself
+            pass
+        os._exit(0)
+    return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) >= 0
+
+
+def look_at(_, thing):
+    try:
+        list(thing.attrs.items())
+        if isinstance(thing, h5py.Dataset):
+            thing[-1:] if thing.shape and thing.nbytes > WHOLE else thing[()]
+    except DAMAGE:
+        pass
 
 
 def text(value):
@@ -51,6 +101,8 @@ def open_results(path):
         raise ResultsError(f"{path}: no permission to read it")
     if not h5py.is_hdf5(path):
         raise ResultsError(f"{path}: not an HDF5 file")
+    if not survives_reading(path):
+        raise ResultsError(f"{path}: is damaged: reading it ends in a crash of HDF5, or never")
     try:
         # The run may still be writing, and the file may lie on a disk that knows no locks.
         file = h5py.File(path, "r", locking=False)
@@ -58,9 +110,11 @@ def open_results(path):
         raise ResultsError(f"{path}: cannot be opened: {one_line(error)}") from error
     try:
         return Results(path, file)
-    except ResultsError:
+    except (ResultsError, *DAMAGE) as error:
         file.close()
-        raise
+        if isinstance(error, ResultsError):
+            raise
+        raise ResultsError(f"{path}: is damaged: {one_line(error)}") from error
 
 
 def one_line(error):
@@ -132,11 +186,13 @@ class Results:
         return self._file[name][()]
 
     @property
+    @reads_file
     def units(self):
         attributes = self._file["units"].attrs if "units" in self._file else {}
         return {name: text(attributes.get(name, "")) for name in ("length", "force", "time")}
 
     @property
+    @reads_file
     def parameters(self):
         """The deck's parameters as run: name (lower case) to value, as text."""
         if "deck" not in self._file:
@@ -146,6 +202,7 @@ class Results:
         return {name.strip().lower(): value.strip() for name, value in pairs}
 
     @property
+    @reads_file
     def groups(self):
         """The solutions, in the order they were run."""
         found = [
@@ -169,6 +226,7 @@ class Results:
                 return group
         raise ResultsError(f"{self.path}: no transient or static solution (there are: {available})")
 
+    @reads_file
     def mesh(self):
         for name in ("mesh/x", "mesh/elements"):
             if name not in self._file:
@@ -202,6 +260,11 @@ class Group:
         return ResultsError(f"{self.results.path}: {message}")
 
     @property
+    def path(self):
+        return self.results.path
+
+    @property
+    @reads_file
     def probes(self):
         return [name for name in self._item.get("probes", ()) if name != "time"]
 
@@ -213,6 +276,7 @@ class Group:
     def progress_unit(self):
         return "" if self.kind == "static" else self.results.units["time"]
 
+    @reads_file
     def history(self, probe):
         by_name = {name.lower(): name for name in self.probes}
         if probe.lower() not in by_name:
@@ -245,6 +309,7 @@ class Group:
     def unit(self, name):
         return unit_of(self._item[name]) if name in self._item else ""
 
+    @reads_file
     def displacements(self):
         """Times and fields of the stored rows."""
         if "u" not in self._item or "time" not in self._item:

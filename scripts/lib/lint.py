@@ -27,7 +27,8 @@ FORTRAN = {".f90", ".F90", ".pf"}
 BUILD_FILES = {".cmake", ".json"}
 TEXTS = FORTRAN | {".py", ".sh", ".cmake"}
 NAMED_TEXTS = {"CMakeLists.txt", "scripts/run", "scripts/test", "scripts/lint", "scripts/reproduce_paper",
-    "scripts/make_pictures", ".ci/run"}
+    "scripts/make_pictures", "scripts/check_memory",
+    ".ci/run"}
 SKIPPED_FOLDERS = {".git", ".venv", "build", "results", "__pycache__"}
 # Decks that are wrong on purpose, and tests of such texts.
 SKIPPED_PATHS = ("tests/decks/",)

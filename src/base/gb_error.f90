@@ -9,7 +9,7 @@ module gb_error
     integer, parameter, public :: status_input = 1      !! the deck or the command line is wrong
     integer, parameter, public :: status_solution = 2   !! the solution failed
     integer, parameter, public :: status_file = 3       !! a file could not be read or written
-    integer, parameter, public :: status_stopped = 4    !! a signal has asked the program to stop
+    integer, parameter, public :: status_interrupted = 4    !! stopped from outside, with a checkpoint
 
     !> What went wrong, in a sentence for the user, and the exit status it leads to.
     type, public :: error_t

@@ -4,7 +4,7 @@ module gb_build_command
     use gb_build_loads, only: build_support, build_prescribed, build_point_load, build_distributed_load, &
         build_gravity, build_initial, build_damping
     use gb_build_model, only: build_units, build_material, build_section, build_line
-    use gb_build_tasks, only: build_probe, build_output, build_task
+    use gb_build_tasks, only: build_probe, build_output, build_checkpoint, build_task
     use gb_command, only: command_t
     use gb_diagnostics, only: diagnostics_t
     use gb_draft, only: draft_t, resize, space_material, space_section, space_history, space_probe
@@ -55,6 +55,8 @@ contains
             call build_probe(command, draft, diagnostics)
         case ('OUTPUT')
             call build_output(command, draft, diagnostics)
+        case ('CHECKPOINT')
+            call build_checkpoint(command, draft, diagnostics)
         case ('STATIC', 'MODAL', 'TRANSIENT')
             call build_task(command, draft, diagnostics)
         end select

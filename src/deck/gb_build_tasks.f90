@@ -7,15 +7,15 @@ module gb_build_tasks
     use gb_kinds, only: wp
     use gb_names, only: is_name
     use gb_parser, only: name_rule
-    use gb_problem, only: probe_t, task_t, task_static, task_modal, task_transient, quantity_displacement, &
-        quantity_velocity, quantity_acceleration
+    use gb_problem, only: probe_t, task_t, safeguard_t, task_static, task_modal, task_transient, &
+        quantity_displacement, quantity_velocity, quantity_acceleration
     use gb_solver_choice, only: solver_lapack, solver_block, block_obstacle
     use gb_section, only: rule_linear, inertia_diagonal, inertia_translational, inertia_full
     use gb_text, only: lower_case, to_text
     implicit none
     private
 
-    public :: build_probe, build_output, build_task
+    public :: build_probe, build_output, build_checkpoint, build_task
 
     !> Groups of the results file that no command may take for its own.
     character(6), parameter :: reserved_names(6) = [character(6) :: 'deck', 'units', 'mesh', 'sweep', &
@@ -93,6 +93,26 @@ contains
         end associate
     end subroutine build_output
 
+    !> CHECKPOINT holds for the commands that follow, until the next one.
+    subroutine build_checkpoint(command, draft, diagnostics)
+        type(command_t), intent(in) :: command
+        type(draft_t), intent(inout) :: draft
+        type(diagnostics_t), intent(inout) :: diagnostics
+        character(:), allocatable :: file
+
+        if (.not. command%sound) return
+        draft%safeguard = safeguard_t()
+        if (command%given('every')) draft%safeguard%every = command%whole('every')
+        if (command%given('seconds')) draft%safeguard%seconds = command%number('seconds')
+        if (.not. command%given('file')) return
+        file = command%text('file')
+        if (len_trim(file) == 0 .or. index(file, '/', back=.true.) == len(file)) then
+            call diagnostics%add(command%place('file'), 'the name of the checkpoint file is empty')
+        else
+            draft%safeguard%file = file
+        end if
+    end subroutine build_checkpoint
+
     !> STATIC, MODAL and TRANSIENT.
     subroutine build_task(command, draft, diagnostics)
         type(command_t), intent(inout) :: command
@@ -101,6 +121,7 @@ contains
         type(task_t) :: task
         integer :: number
 
+        task%safeguard = draft%safeguard
         call find_name(command, draft, diagnostics)
         if (command%sound) then
             select case (command%title)
@@ -130,7 +151,7 @@ contains
         command%name_at = command%place('name')
         if (command%given('name')) then
             command%name = command%text('name')
-            if (len(command%name) == 0) return
+            if (len_trim(command%name) == 0) return
             if (.not. is_name(command%name, hyphens=.true.)) then
                 call diagnostics%add(command%name_at, quoted(command%name) // ' is not a name', &
                     hint=name_rule)

@@ -339,8 +339,8 @@ contains
     pure subroutine add_closing(table)
         type(schema_t), intent(inout) :: table
 
-        call table%add_form(form_t(command='CHECKPOINT', part=part_solution, available=.false., description= &
-                                   'Writes checkpoints while the commands that follow run.'))
+        call table%add_form(form_t(command='CHECKPOINT', part=part_solution, description= &
+            'Writes checkpoints while the commands that follow run; --restart goes on from the last one.'))
         call table%add_key(key_t(name='every', kind=kind_integer, one_of=.true., range=between(1.0_wp, &
             1.0e9_wp), description='steps from one to the next'))
         call real_number(table, 'seconds', one_of, above(0.0_wp), 'wall time from one to the next [s]')

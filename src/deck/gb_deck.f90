@@ -319,7 +319,8 @@ contains
                                                          other=progress%end_place, note='END is here')
                 if (name == 'GENTBEAM' .and. progress%last_command%first > at%first) in_place = .false.
             case (part_solution)
-                progress%any_task = .true.
+                ! A checkpoint alone solves nothing.
+                progress%any_task = progress%any_task .or. name /= 'CHECKPOINT'
                 if (progress%closed) return
                 in_place = .not. survey%has_end
                 if (in_place) then

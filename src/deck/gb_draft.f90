@@ -8,7 +8,7 @@ module gb_draft
     use gb_mesh, only: line_t
     use gb_kinds, only: wp
     use gb_names, only: name_table_t, is_name
-    use gb_problem, only: problem_t, probe_t, task_t
+    use gb_problem, only: problem_t, probe_t, task_t, safeguard_t
     use gb_section, only: material_t, section_t
     use gb_values, only: suggestion
     implicit none
@@ -46,6 +46,7 @@ module gb_draft
         type(span_t), allocatable :: prescribed_places(:, :)    !! (5, n_prescribed) of the fields' values
         type(span_t), allocatable :: initial_places(:)          !! (n_initial)
         type(place_t), allocatable :: places(:)
+        type(safeguard_t) :: safeguard          !! of the commands to come
         integer :: repeats(3) = 0               !! default names given so far, by kind of task
         logical :: names_lost(5) = .false.      !! a definition without a usable name: any name may be its
         logical :: incomplete = .false.         !! a command was lost: what is absent may be no mistake

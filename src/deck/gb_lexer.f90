@@ -202,19 +202,30 @@ contains
         integer, intent(inout) :: position
         type(statement_t), intent(inout) :: statement
         type(diagnostics_t), intent(inout) :: diagnostics
-        integer :: line_end, length
+        integer :: closing
 
-        line_end = end_of_line(text, limit, position)
-        length = index(text(position + 1:line_end), '"')
-        if (length > 0) then
-            call push(statement, token_quoted, position, position + length)
-            position = position + length + 1
+        closing = closing_quote(text, limit, position)
+        if (closing > 0) then
+            call push(statement, token_quoted, position, closing)
+            position = closing + 1
         else
             call diagnostics%add(span_t(position, position), 'this quote is not closed on its line')
             statement%sound = .false.
-            position = line_end + 1
+            position = end_of_line(text, limit, position) + 1
         end if
     end subroutine read_quoted
+
+    !> The quote that closes the one at `place`, 0 where the line ends first.
+    pure integer function closing_quote(text, limit, place) result(closing)
+        character(*), intent(in) :: text
+        integer, intent(in) :: limit, place
+
+        do closing = place + 1, limit
+            if (text(closing:closing) == '"') return
+            if (text(closing:closing) == newline) exit
+        end do
+        closing = 0
+    end function closing_quote
 
     pure subroutine read_list(text, limit, position, statement, diagnostics)
         character(*), intent(in) :: text
@@ -222,7 +233,7 @@ contains
         integer, intent(inout) :: position
         type(statement_t), intent(inout) :: statement
         type(diagnostics_t), intent(inout) :: diagnostics
-        integer :: first, length
+        integer :: first, closing
 
         first = position
         position = position + 1
@@ -237,9 +248,9 @@ contains
             case (newline, '!', '#')
                 exit
             case ('"')
-                length = index(text(position + 1:end_of_line(text, limit, position)), '"')
-                if (length == 0) exit
-                position = position + length + 1
+                closing = closing_quote(text, limit, position)
+                if (closing == 0) exit
+                position = closing + 1
             case default
                 position = position + 1
             end select

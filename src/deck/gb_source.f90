@@ -178,21 +178,24 @@ contains
     !> First byte no text holds (a control character other than tab and line ends), 0 if there is none.
     pure integer function find_control_byte(text) result(place)
         character(*), intent(in) :: text
-        integer :: i, code, after
+        integer :: i, code, returns
 
         place = 0
+        returns = 0
         do i = 1, len(text)
             code = ichar(text(i:i))
-            if (code >= 32 .and. code /= 127) cycle
-            if (code == 9 .or. code == 10) cycle
+            ! Carriage returns belong to the line end that follows.
             if (code == 13) then
-                ! A carriage return belongs to the line end that follows.
-                after = verify(text(i:), achar(13))
-                if (after == 0) return
-                if (text(i + after - 1:i + after - 1) == newline) cycle
+                if (returns == 0) returns = i
+            else if (code == 10) then
+                returns = 0
+            else if (returns > 0) then
+                place = returns
+                return
+            else if ((code < 32 .and. code /= 9) .or. code == 127) then
+                place = i
+                return
             end if
-            place = i
-            return
         end do
     end function find_control_byte
 

@@ -53,7 +53,12 @@ contains
             call check_choice(value%text, token%at, key, diagnostics, sound)
         case (kind_choices, kind_names)
             call parse_words(text, token, key, diagnostics, value, sound)
-        case (kind_text, kind_name)
+        case (kind_name)
+            value%text = token_text(text, token)
+            sound = len_trim(value%text) > 0
+            if (.not. sound) call diagnostics%add(token%at, quoted(trim(key%name)) // &
+                ' needs a name, and the quotes hold none')
+        case (kind_text)
             value%text = token_text(text, token)
         end select
     end subroutine parse_value

@@ -10,6 +10,7 @@ module gb_archive
         attribute_text, attribute_ascii, attribute_integer, attribute_real, attribute_pair, stored_real64, &
         stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8
     use gb_hdf5, only: start_hdf5, write_tree
+    use gb_hdf5_input, only: hid_t, get_rows, count_rows
     implicit none
     private
 
@@ -40,6 +41,8 @@ module gb_archive
         procedure :: add_link
         procedure :: add_series
         procedure :: append
+        procedure :: row_counts
+        procedure :: replay
         procedure :: finish
         procedure :: publish
         procedure :: retract
@@ -336,6 +339,56 @@ contains
             if (modulo(series%rows, int(series%piece_rows, i8)) == 0) call self%settle(i, .true., error)
         end associate
     end subroutine append
+
+    !> Rows of each series that still grows.
+    pure function row_counts(self) result(counts)
+        class(archive_t), intent(in) :: self
+        integer :: counts(self%n_series)
+
+        counts = int(self%series(:self%n_series)%rows)
+    end function row_counts
+
+    !> Take the rows of every series that still grows (of those in `group`, where that is given) over from an
+    !> older file, as many as `counts` says, or all of them.
+    subroutine replay(self, file, error, counts, group)
+        class(archive_t), intent(inout) :: self
+        integer(hid_t), intent(in) :: file
+        type(error_t), allocatable, intent(out) :: error
+        integer, intent(in), optional :: counts(:)      !! (n_series)
+        integer, intent(in), optional :: group
+        character(:), allocatable :: path
+        real(wp), allocatable :: records(:, :)
+        integer(i8) :: row, last, rows
+        integer :: i, k, node
+
+        do i = 1, self%n_series
+            node = self%series(i)%node
+            if (present(group)) then
+                if (.not. self%tree%holds(group, node)) cycle
+            end if
+            path = self%tree%path(node)
+            associate (row_shape => self%tree%nodes(node)%row_shape, a_row => self%tree%nodes(node)%records)
+                if (present(counts)) then
+                    last = counts(i)
+                else
+                    last = count_rows(file, path, row_shape)/a_row
+                end if
+                row = 0
+                do while (row < last)
+                    rows = min(last - row, int(self%series(i)%piece_rows, i8))
+                    allocate (records(size(self%series(i)%buffer, 1)/a_row, rows*a_row))
+                    call get_rows(file, path, row_shape, row*a_row, records, error)
+                    if (allocated(error)) return
+                    do k = 1, int(rows)
+                        call self%append(node, [records(:, (k - 1)*a_row + 1:k*a_row)], error)
+                        if (allocated(error)) return
+                    end do
+                    row = row + rows
+                    deallocate (records)
+                end do
+            end associate
+        end do
+    end subroutine replay
 
     !> Index of a growing series; they stand in the order of their nodes.
     pure integer function place_of(self, node) result(low)

@@ -7,6 +7,7 @@ module gb_paraview
     use gb_error, only: error_t
     use gb_fields, only: n_fields
     use gb_gauge, only: gauge_t
+    use gb_memory, only: memory_t
     use gb_model, only: units_t
     use gb_strip, only: strip_t, strip_heights, strip_levels
     use gb_archive, only: archive_t, root, stored_real32, stored_real64, stored_int64, stored_uint8
@@ -42,6 +43,7 @@ module gb_paraview
         procedure :: begin_task
         procedure :: append
         procedure :: count_rows
+        procedure :: pass_memory
     end type paraview_t
 
 contains
@@ -257,6 +259,18 @@ contains
             if (.not. allocated(error)) call archive%append(self%scalars(i), values(:, i), error)
         end do
     end subroutine append_strains
+
+    !> What the next row depends on.
+    subroutine pass_memory(self, memory)
+        class(paraview_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+
+        if (.not. self%is_open) return
+        call memory%pass('paraview.rows', self%rows)
+        call memory%pass('paraview.clock', self%clock)
+        call memory%pass('paraview.last_abscissa', self%last_abscissa)
+        call memory%pass('paraview.at_start', self%at_start)
+    end subroutine pass_memory
 
     !> Tell VTK how many rows there are, before they are made visible.
     subroutine count_rows(self, archive)

@@ -1,9 +1,14 @@
 !> The results file (docs/results.md): what is written where, with its unit and description.
 module gb_results
     use gb_kinds, only: wp, i8
-    use gb_error, only: error_t
+    use gb_error, only: error_t, raise, status_file
     use gb_text, only: to_text
-    use gb_results_header, only: write_header, write_units, write_mesh
+    use gb_memory, only: memory_t
+    use gb_files, only: begin_rehearsal, end_rehearsal, rehearsal_went_well, remove_file
+    use gb_checkpoint, only: origin_t, checkpoint_t
+    use gb_resume, only: find_source
+    use gb_hdf5_input, only: hid_t, open_file, close_file, get_numbers, get_rows
+    use gb_results_header, only: write_header, write_units, write_mesh, now
     use gb_results_recovery, only: recovery_series_t, write_stations
     use gb_fields, only: n_fields, field_names, field_length_power
     use gb_model, only: units_t
@@ -45,9 +50,13 @@ module gb_results
     !> end, before anybody could look; half of what its file costs is saved.
     integer, parameter :: visible_nodes = 1000
 
+    !> A restart that has not read its old results by then meets a loop in them [s].
+    integer, parameter :: rehearsal_seconds = 600
+
     type, public :: results_t
         private
         character(:), allocatable, public :: path
+        character(:), allocatable, public :: created    !! when the run began, ISO 8601
         type(archive_t) :: archive
         type(units_t) :: units
         integer :: commands = 0                     !! solution commands begun
@@ -74,6 +83,9 @@ module gb_results
         real(wp) :: publish_seconds = 0.0_wp        !! how long that took
     contains
         procedure :: open => open_results
+        procedure :: resume => resume_results
+        procedure :: pass_memory
+        procedure :: sync
         procedure :: begin_task
         procedure :: write_step
         procedure :: write_modes
@@ -92,6 +104,20 @@ contains
         type(problem_t), intent(in) :: problem
         class(gauge_t), intent(in) :: gauge
         type(error_t), allocatable, intent(out) :: error
+
+        self%created = now()
+        call begin_file(self, problem, gauge, error)
+        if (.not. self%archive%is_open()) return
+        if (self%nodes >= visible_nodes .and. .not. allocated(error)) call publish(self, error)
+        if (allocated(error)) call self%fail(error)
+    end subroutine open_results
+
+    !> All that does not change, in a file that nobody sees yet.
+    subroutine begin_file(self, problem, gauge, error)
+        class(results_t), intent(inout) :: self
+        type(problem_t), intent(in) :: problem
+        class(gauge_t), intent(in) :: gauge
+        type(error_t), allocatable, intent(out) :: error
         integer :: mesh                             ! the group
 
         self%path = problem%output%file // '.h5'
@@ -102,20 +128,169 @@ contains
         self%x = problem%model%mesh%x
         allocate (self%gauge, source=gauge)
         self%has_fields = [problem%output%u, problem%output%v, problem%output%a]
-        allocate (self%probes(size(problem%probes)))
+        if (.not. allocated(self%probes)) allocate (self%probes(size(problem%probes)))
         call self%archive%open(self%path, error)
         if (allocated(error)) return
         self%opened_at = wall_clock()
-        call write_header(self%archive, problem)
+        call write_header(self%archive, problem, self%created)
         call write_units(self%archive, self%units)
         call write_mesh(self%archive, problem%model, mesh, error)
         if (.not. allocated(error) .and. (self%output%strain .or. self%output%stress)) then
             call write_stations(self%archive, mesh, self%gauge, self%units, error)
         end if
         self%published_at = self%opened_at
-        if (self%nodes >= visible_nodes .and. .not. allocated(error)) call publish(self, error)
+    end subroutine begin_file
+
+    !> Go on with the results of an interrupted run: those up to the checkpoint are taken over into a new
+    !> file, which then takes the old one's place. `inside` says that command `number` was running at the
+    !> checkpoint; else it was over.
+    subroutine resume_results(self, problem, gauge, origin, checkpoint, path, number, inside, error)
+        class(results_t), intent(inout) :: self
+        type(problem_t), intent(in) :: problem
+        class(gauge_t), intent(in) :: gauge
+        type(origin_t), intent(in) :: origin
+        type(checkpoint_t), intent(inout) :: checkpoint
+        character(*), intent(in) :: path            !! of the checkpoint
+        integer, intent(in) :: number
+        logical, intent(in) :: inside
+        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable :: ignored
+        integer :: process
+        logical :: is_safe
+
+        self%path = problem%output%file // '.h5'
+        self%created = checkpoint%created
+        ! HDF5 may crash on a file that is damaged, so the reading is rehearsed by another process.
+        process = begin_rehearsal(rehearsal_seconds)
+        is_safe = .true.
+        if (process /= 0) is_safe = rehearsal_went_well(process)
+        if (is_safe) then
+            call take_over(self, problem, gauge, origin, checkpoint, path, number, inside, error)
+        else
+            call raise(error, status_file, 'cannot go on with the results file ' // self%path &
+                       // ': it is damaged, and reading it ends in a crash of HDF5, or never')
+        end if
+        if (process == 0) call end_rehearsal()
+        if (.not. allocated(error)) then
+            call publish(self, error)
+            if (allocated(error)) call self%fail(error)
+        else if (self%archive%is_open()) then
+            call self%archive%close(ignored)
+        else if (.not. is_safe) then
+            call remove_file(self%path // '.part')
+        end if
+    end subroutine resume_results
+
+    subroutine take_over(self, problem, gauge, origin, checkpoint, path, number, inside, error)
+        class(results_t), intent(inout) :: self
+        type(problem_t), intent(in) :: problem
+        class(gauge_t), intent(in) :: gauge
+        type(origin_t), intent(in) :: origin
+        type(checkpoint_t), intent(inout) :: checkpoint
+        character(*), intent(in) :: path
+        integer, intent(in) :: number
+        logical, intent(in) :: inside
+        type(error_t), allocatable, intent(out) :: error
+        character(:), allocatable :: source
+        integer(hid_t) :: file
+        integer :: i
+
+        call find_source(self%path, path, origin, checkpoint, source, error)
+        if (.not. allocated(error)) call begin_file(self, problem, gauge, error)
+        if (.not. allocated(error)) call open_file(source, file, error)
+        if (allocated(error)) return
+        do i = 1, number
+            call add_task(self, problem%tasks(i), problem%probes, error)
+            if (allocated(error)) exit
+            call take_over_task(self, problem%tasks(i), file, checkpoint%memory, inside .and. i == number, &
+                error)
+            if (allocated(error)) exit
+        end do
+        if (.not. inside .and. .not. allocated(error)) call replay_rows(self, file, checkpoint%memory, &
+            inside, &
+            error)
+        call close_file(file)
+        if (allocated(error)) error%message = 'cannot go on with the results file ' // source // ': ' &
+            // error%message
+    end subroutine take_over
+
+    subroutine take_over_task(self, task, file, memory, inside, error)
+        class(results_t), intent(inout) :: self
+        type(task_t), intent(in) :: task
+        integer(hid_t), intent(in) :: file
+        type(memory_t), intent(inout) :: memory
+        logical, intent(in) :: inside
+        type(error_t), allocatable, intent(out) :: error
+        real(wp), allocatable :: frequency(:), modes(:, :)
+
+        if (task%kind == task_modal) then
+            call get_numbers(file, task%name // '/frequency', frequency, error)
+            if (allocated(error)) return
+            allocate (modes(n_fields*self%nodes, size(frequency)))
+            call get_rows(file, task%name // '/modes', [int(n_fields, i8), int(self%nodes, i8)], 0_i8, &
+                modes, error)
+            if (.not. allocated(error)) call put_modes(self, frequency, modes, error)
+        else if (inside) then
+            call replay_rows(self, file, memory, inside, error)
+        else
+            call self%archive%replay(file, error, group=self%group)
+        end if
+        if (.not. allocated(error) .and. .not. inside) call self%archive%finish(self%group, error)
+    end subroutine take_over_task
+
+    !> The rows of every series that still grows, as many as there were at the checkpoint.
+    subroutine replay_rows(self, file, memory, inside, error)
+        class(results_t), intent(inout) :: self
+        integer(hid_t), intent(in) :: file
+        type(memory_t), intent(inout) :: memory
+        logical, intent(in) :: inside
+        type(error_t), allocatable, intent(out) :: error
+        integer, allocatable :: counts(:)
+
+        call self%pass_memory(memory, inside)
+        counts = self%archive%row_counts()
+        call memory%pass('results.rows', counts)
+        call memory%check(error)
+        if (.not. allocated(error)) call self%archive%replay(file, error, counts)
+    end subroutine replay_rows
+
+    !> What the next step is written by; and for a checkpoint, how many rows each series of the running
+    !> command has.
+    subroutine pass_memory(self, memory, inside)
+        class(results_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+        logical, intent(in) :: inside               !! whether a command is running
+        integer, allocatable :: counts(:)
+        integer :: n
+
+        call self%paraview%pass_memory(memory)
+        if (inside) then
+            call memory%pass('results.faces_beyond', self%recovered%beyond)
+            call memory%pass('results.grid_steps', self%grid_steps)
+            call memory%pass('results.start_energy', self%start_energy)
+            call memory%pass('results.has_unwritten', self%has_unwritten)
+            if (self%has_unwritten) then
+                n = n_fields*self%nodes
+                if (.not. allocated(self%unwritten%u)) allocate (self%unwritten%u(n), self%unwritten%v(n), &
+                    self%unwritten%a(n))
+                call memory%pass('results.unwritten_abscissa', self%unwritten_abscissa)
+                call self%unwritten%pass_memory(memory, 'results.unwritten')
+            end if
+        end if
+        if (memory%is_recalling) return
+        counts = self%archive%row_counts()
+        call memory%pass('results.rows', counts)
+    end subroutine pass_memory
+
+    !> Everything so far is visible in the file, and the file on the disk, when this returns.
+    subroutine sync(self, error)
+        class(results_t), intent(inout) :: self
+        type(error_t), allocatable, intent(out) :: error
+
+        call self%archive%publish(.false., .true., error)
+        self%published_at = wall_clock()
         if (allocated(error)) call self%fail(error)
-    end subroutine open_results
+    end subroutine sync
 
     !> Seconds of some clock that goes on evenly.
     real(wp) function wall_clock()
@@ -174,14 +349,23 @@ contains
         type(probe_t), intent(in) :: probes(:)
         type(error_t), allocatable, intent(out) :: error
 
+        call add_task(self, task, probes, error)
+        if (.not. allocated(error)) call publish_in_time(self, command_seconds, error)
+        if (allocated(error)) call self%fail(error)
+    end subroutine begin_task
+
+    subroutine add_task(self, task, probes, error)
+        class(results_t), intent(inout) :: self
+        type(task_t), intent(in) :: task
+        type(probe_t), intent(in) :: probes(:)
+        type(error_t), allocatable, intent(out) :: error
+
         self%commands = self%commands + 1
         self%grid_steps = 0
         call self%archive%add_group(root, task%name, self%group)
         call write_task_attributes(self%archive, self%group, task, self%commands)
         if (task%kind /= task_modal) call add_all_series(self, task, probes, error)
-        if (.not. allocated(error)) call publish_in_time(self, command_seconds, error)
-        if (allocated(error)) call self%fail(error)
-    end subroutine begin_task
+    end subroutine add_task
 
     subroutine write_task_attributes(archive, group, task, order)
         type(archive_t), intent(inout) :: archive
@@ -405,6 +589,16 @@ contains
         real(wp), intent(in) :: frequency(:)
         real(wp), intent(in) :: modes(:, :)         !! (5 nn, nm)
         type(error_t), allocatable, intent(out) :: error
+
+        call put_modes(self, frequency, modes, error)
+        if (allocated(error)) call self%fail(error)
+    end subroutine write_modes
+
+    subroutine put_modes(self, frequency, modes, error)
+        class(results_t), intent(inout) :: self
+        real(wp), intent(in) :: frequency(:)
+        real(wp), intent(in) :: modes(:, :)
+        type(error_t), allocatable, intent(out) :: error
         real(wp), allocatable :: shaped(:, :, :)
         character(:), allocatable :: unit
 
@@ -415,8 +609,7 @@ contains
                        'natural frequencies, cycles a unit of time; negative for a mode that grows', error)
         if (.not. allocated(error)) call self%archive%put(self%group, 'modes', shaped, &
             field_units(self%units, 1), 'fields u1 u3 y1 y3 xi of every mode, largest displacement 1', error)
-        if (allocated(error)) call self%fail(error)
-    end subroutine write_modes
+    end subroutine put_modes
 
     !> How many faces of the command's rows lay beyond the material's limits, so that another point's stress
     !> stands in for theirs.

@@ -12,13 +12,14 @@ module gb_results_header
     implicit none
     private
 
-    public :: write_header, write_units, write_mesh
+    public :: write_header, write_units, write_mesh, now
 
 contains
 
-    subroutine write_header(archive, problem)
+    subroutine write_header(archive, problem, created)
         type(archive_t), intent(inout) :: archive
         type(problem_t), intent(in) :: problem
+        character(*), intent(in) :: created         !! ISO 8601
         integer :: node
 
         call archive%set(root, 'format', 'gentbeam')
@@ -27,7 +28,7 @@ contains
         call archive%set(root, 'git_revision', git_revision)
         call archive%set(root, 'compiler', compiler_version())
         call archive%set(root, 'title', problem%model%title)
-        call archive%set(root, 'created', now())
+        call archive%set(root, 'created', created)
         call archive%set(root, 'status', 'running')
         call archive%set(root, 'message', '')
         call archive%set(root, 'wall_seconds', 0.0_wp)

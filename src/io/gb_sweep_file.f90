@@ -19,7 +19,7 @@ module gb_sweep_file
     use gb_mesh, only: mesh_t
     use gb_problem, only: problem_t, probe_t, task_static, task_modal
     use gb_results, only: derived_unit, probe_description
-    use gb_results_header, only: write_header, write_units, write_mesh
+    use gb_results_header, only: write_header, write_units, write_mesh, now
     use gb_share, only: share_t
     use gb_version, only: program_version, git_revision
     implicit none
@@ -106,7 +106,7 @@ contains
         call set_environment_default('HDF5_USE_FILE_LOCKING', 'FALSE')
         call archive%open(path, error)
         if (allocated(error)) return
-        call write_header(archive, problem)
+        call write_header(archive, problem, now())
         call write_units(archive, problem%model%units)
         call write_mesh(archive, problem%model, mesh, error)
         if (.not. allocated(error)) call archive%publish(.true., .false., error)

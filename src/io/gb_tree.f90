@@ -52,6 +52,7 @@ module gb_tree
         procedure :: add_piece
         procedure :: set_attribute
         procedure :: row_bytes
+        procedure :: path
         procedure :: holds
     end type tree_t
 
@@ -154,6 +155,21 @@ contains
         row_bytes = product(self%nodes(node)%row_shape)*self%nodes(node)%records &
             *stored_bytes(self%nodes(node)%stored)
     end function row_bytes
+
+    !> Names from the root down to a node, which is not the root: "transient/probes/tip".
+    pure function path(self, node)
+        class(tree_t), intent(in) :: self
+        integer, intent(in) :: node
+        character(:), allocatable :: path
+        integer :: above
+
+        path = self%nodes(node)%name
+        above = self%nodes(node)%parent
+        do while (above > root)
+            path = self%nodes(above)%name // '/' // path
+            above = self%nodes(above)%parent
+        end do
+    end function path
 
     !> Whether a node stands below a group.
     pure logical function holds(self, group, node)

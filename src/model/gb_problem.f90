@@ -9,6 +9,13 @@ module gb_problem
 
     integer, parameter, public :: task_static = 1, task_modal = 2, task_transient = 3
 
+    !> How often a command writes a checkpoint, and where.
+    type, public :: safeguard_t
+        integer :: every = 0                        !! steps from one to the next; 0: does not count
+        real(wp) :: seconds = 0.0_wp                !! wall time from one to the next [s]; 0: does not count
+        character(:), allocatable :: file           !! path; not allocated: beside the results
+    end type safeguard_t
+
     !> One solution command.
     type, public :: task_t
         integer :: kind = task_static
@@ -27,6 +34,7 @@ module gb_problem
         integer :: iterations = 25                  !! Newton iterations a step at most
         integer :: cuts = 10                        !! halvings of a step at most
         integer :: solver = solver_auto             !! static, transient
+        type(safeguard_t) :: safeguard
     end type task_t
 
     integer, parameter, public :: quantity_displacement = 0, quantity_velocity = 1, quantity_acceleration = 2

@@ -3,6 +3,7 @@
 module gb_recorder
     use gb_kinds, only: wp
     use gb_error, only: error_t
+    use gb_memory, only: memory_t
     use gb_problem, only: task_t
     use gb_state, only: state_t
     implicit none
@@ -24,6 +25,8 @@ module gb_recorder
         real(wp) :: dissipated = 0.0_wp         !! by damping since the command began
         real(wp), allocatable :: increments(:)  !! largest relative increment of each iteration of the last
                                                 !! solution [-]
+    contains
+        procedure :: pass_memory
     end type step_record_t
 
     type, abstract, public :: recorder_t
@@ -33,6 +36,8 @@ module gb_recorder
         procedure(record_modes_i), deferred :: record_modes
         procedure(end_task_i), deferred :: end_task
         procedure(note_i), deferred :: note
+        procedure :: wants_memory
+        procedure :: keep_memory
     end type recorder_t
 
     abstract interface
@@ -76,5 +81,37 @@ module gb_recorder
             character(*), intent(in) :: text
         end subroutine note_i
     end interface
+
+contains
+
+    !> Whether the recorder wants to keep what the run needs to go on from the step just recorded. A method
+    !> asks after every step, so this must cost nothing.
+    logical function wants_memory(self)
+        class(recorder_t), intent(inout) :: self
+
+        wants_memory = .false.
+    end function wants_memory
+
+    !> Keep a method's memory, to which the recorder may add its own. An error ends the run there; its status
+    !> is status_interrupted where that is what somebody outside asked for.
+    subroutine keep_memory(self, memory, error)
+        class(recorder_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+        type(error_t), allocatable, intent(out) :: error
+    end subroutine keep_memory
+
+    !> What the next step's record is made from.
+    subroutine pass_memory(self, memory, prefix)
+        class(step_record_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+        character(*), intent(in) :: prefix
+
+        call memory%pass(prefix // '.number', self%number)
+        call memory%pass(prefix // '.abscissa', self%abscissa)
+        call memory%pass(prefix // '.kinetic', self%kinetic)
+        call memory%pass(prefix // '.strain', self%strain)
+        call memory%pass(prefix // '.external', self%external)
+        call memory%pass(prefix // '.dissipated', self%dissipated)
+    end subroutine pass_memory
 
 end module gb_recorder

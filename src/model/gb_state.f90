@@ -1,6 +1,7 @@
 !> The state of the beam: what changes while a model is solved.
 module gb_state
     use gb_kinds, only: wp
+    use gb_memory, only: memory_t
     implicit none
     private
 
@@ -11,6 +12,23 @@ module gb_state
         real(wp), allocatable :: u(:)           !! (5 nn)
         real(wp), allocatable :: v(:)           !! (5 nn) [field/T]
         real(wp), allocatable :: a(:)           !! (5 nn) [field/T^2]
+    contains
+        procedure :: pass_memory
     end type state_t
+
+contains
+
+    !> All of it, under names that begin with `prefix`.
+    subroutine pass_memory(self, memory, prefix)
+        class(state_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+        character(*), intent(in) :: prefix
+
+        call memory%pass(prefix // '.time', self%time)
+        call memory%pass(prefix // '.load', self%load)
+        call memory%pass(prefix // '.u', self%u)
+        call memory%pass(prefix // '.v', self%v)
+        call memory%pass(prefix // '.a', self%a)
+    end subroutine pass_memory
 
 end module gb_state

@@ -1,5 +1,6 @@
 !> The command line: options as docs/results.md lists them.
 module gb_command_line
+    use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_input
     use gb_text, only: nearest_name, newline
     use gb_log, only: log_quiet, log_normal, log_verbose
@@ -20,6 +21,8 @@ module gb_command_line
         logical :: show_help = .false.
         logical :: show_manual = .false.
         logical :: show_completion = .false.
+        character(:), allocatable :: restart        !! checkpoint to go on from; empty where not given
+        real(wp) :: max_seconds = 0.0_wp            !! of --max-time [s]; 0: no limit
         integer :: threads = 0                      !! 0: not given
         integer :: shard = 1, shards = 0            !! shards = 0: not given
         logical :: shard_from_environment = .false. !! --shard auto
@@ -27,6 +30,8 @@ module gb_command_line
         character(max_path), allocatable :: merge_from(:)   !! --merge: the shards' files
         integer :: log_level = log_normal
     end type options_t
+
+    real(wp), parameter :: most_seconds = 1.0e9_wp
 
     public :: read_command_line
 
@@ -42,6 +47,7 @@ contains
 
         options%deck = ''
         options%output = ''
+        options%restart = ''
         options%merge_into = ''
         allocate (options%merge_from(0))
         allocate (options%overrides(0))
@@ -60,7 +66,7 @@ contains
                 end if
             end if
             select case (name)
-            case ('-o', '--output', '--set', '--threads', '--shard', '--merge')
+            case ('-o', '--output', '--set', '--threads', '--shard', '--merge', '--restart', '--max-time')
                 if (.not. has_value) then
                     i = i + 1
                     if (i > command_argument_count()) then
@@ -83,8 +89,6 @@ contains
                 call take_switch(options, '--quiet')
             case ('-v')
                 call take_switch(options, '--verbose')
-            case ('--restart', '--max-time')
-                call raise(error, status_input, 'option ' // name // ' is not available yet')
             case default
                 call take_deck(options, word, error)
             end select
@@ -151,6 +155,17 @@ contains
             end if
             options%overrides = [options%overrides, override_t(trim(adjustl(value(:mark - 1))), value(mark &
                 + 1:))]
+        case ('--restart')
+            options%restart = value
+            if (len_trim(value) == 0) call raise(error, status_input, &
+                'option --restart needs the name of a checkpoint')
+        case ('--max-time')
+            read (value, *, iostat=info) options%max_seconds
+            if (info /= 0 .or. verify(value, '0123456789.eE+-') > 0 &
+                .or. .not. (options%max_seconds > 0.0_wp .and. options%max_seconds <= most_seconds)) then
+                call raise(error, status_input, 'option --max-time needs a number of seconds above 0, ' &
+                    // 'not ''' // value // '''')
+            end if
         case ('--threads')
             read (value, *, iostat=info) options%threads
             if (info /= 0 .or. verify(value, '0123456789') > 0 .or. options%threads < 1) then

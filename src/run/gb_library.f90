@@ -13,6 +13,7 @@ module gb_library
     use gb_recovery, only: build_recovery
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
+    use gb_memory, only: memory_t
     use gb_task, only: run_task
     use gb_threads, only: use_one_blas_thread
     use gb_version, only: program_version
@@ -86,6 +87,7 @@ contains
         type(system_t) :: system
         type(external_t) :: external
         type(state_t) :: state
+        type(memory_t) :: memory
         logical :: has_velocities
         integer :: i
 
@@ -107,7 +109,8 @@ contains
             has_velocities = .true.
             do i = 1, size(problem%tasks)
                 if (allocated(error)) exit
-                call run_task(problem, i, system, external, has_velocities, state, result%kept, error)
+                call run_task(problem, i, system, external, .false., memory, has_velocities, state, result%kept, &
+                    error)
             end do
         end if
         if (allocated(error)) then

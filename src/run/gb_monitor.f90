@@ -1,7 +1,8 @@
 !> Watches a solution: what a method tells goes to the results file, the log and the progress bar.
 module gb_monitor
     use gb_kinds, only: wp, pi
-    use gb_error, only: error_t
+    use gb_error, only: error_t, raise, status_input, status_file, status_interrupted
+    use gb_memory, only: memory_t
     use gb_text, only: to_text
     use gb_member, only: extremes_t
     use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, &
@@ -11,7 +12,10 @@ module gb_monitor
     use gb_recorder, only: recorder_t, step_record_t
     use gb_sensor, only: sensor_t, place_sensor
     use gb_log, only: log_t, log_normal, log_verbose
+    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, read_checkpoint, write_checkpoint
+    use gb_files, only: is_same_file
     use gb_results, only: results_t
+    use gb_watch, only: watch_t
     implicit none
     private
 
@@ -29,8 +33,18 @@ module gb_monitor
         real(wp) :: largest_drift = 0.0_wp          !! of the energy balance from zero [F L]
         real(wp) :: when_drift = 0.0_wp
         real(wp) :: next_line = 0.0_wp              !! progress at which the log gets its next line
+        type(watch_t) :: watch
+        type(origin_t) :: origin                    !! what a checkpoint must fit
+        integer :: number = 0                       !! of the running command
+        logical :: is_inside = .false.              !! whether it has begun, and not ended
+        real(wp) :: wall_before = 0.0_wp, cpu_before = 0.0_wp   !! before a restart [s]
     contains
         procedure :: open => open_monitor
+        procedure :: resume => resume_monitor
+        procedure :: wants_memory
+        procedure :: keep_memory
+        procedure :: wall_seconds
+        procedure :: cpu_seconds
         procedure :: begin_task
         procedure :: record_step
         procedure :: record_modes
@@ -51,15 +65,174 @@ contains
         class(gauge_t), intent(in) :: gauge
         integer, intent(in) :: log_level
         type(error_t), allocatable, intent(out) :: error
+
+        call describe(self, problem, log_level)
+        call check_places(problem, error)
+        if (.not. allocated(error)) call self%results%open(problem, gauge, error)
+        if (.not. allocated(error)) call self%log%line('  results: ' // self%results%path)
+    end subroutine open_monitor
+
+    subroutine describe(self, problem, log_level)
+        class(monitor_t), intent(inout) :: self
+        type(problem_t), intent(in) :: problem
+        integer, intent(in) :: log_level
         integer :: i
 
         self%log%level = log_level
+        self%origin = origin_of(problem)
         self%probes = problem%probes
         self%has_energy = .not. problem%model%has_no_potential()
         allocate (self%extremes(size(self%probes)))
         self%sensors = [(place_sensor(problem%model%mesh, self%probes(i)), i=1, size(self%probes))]
-        call self%results%open(problem, gauge, error)
-    end subroutine open_monitor
+    end subroutine describe
+
+    !> Go on as the checkpoint in the file `path` says: with its results, and inside or behind command
+    !> `self%number`.
+    subroutine resume_monitor(self, problem, gauge, log_level, path, checkpoint, error)
+        class(monitor_t), intent(inout) :: self
+        type(problem_t), intent(in) :: problem
+        class(gauge_t), intent(in) :: gauge
+        integer, intent(in) :: log_level
+        character(*), intent(in) :: path
+        type(checkpoint_t), intent(inout) :: checkpoint
+        type(error_t), allocatable, intent(out) :: error
+
+        call describe(self, problem, log_level)
+        call read_checkpoint(path, self%origin, checkpoint, error)
+        if (allocated(error)) return
+        self%wall_before = checkpoint%wall_seconds
+        self%cpu_before = checkpoint%cpu_seconds
+        call pass_memory(self, checkpoint%memory)
+        call checkpoint%memory%check(error)
+        if (.not. allocated(error) .and. (self%number < 1 .or. self%number > size(problem%tasks))) then
+            call raise(error, status_file, 'the checkpoint ' // path // ' does not fit the deck''s commands')
+        end if
+        if (allocated(error)) return
+        self%task = problem%tasks(self%number)
+        call check_places(problem, error)
+        if (allocated(error)) return
+        call self%results%resume(problem, gauge, self%origin, checkpoint, path, self%number, &
+            self%is_inside, error)
+        if (allocated(error)) return
+        call self%watch%begin_task(self%task%safeguard)
+        call self%log%line('  results: ' // self%results%path)
+        call self%log%line('  going on from ' // path // ': ' // checkpoint%command // ', step ' &
+                           // to_text(checkpoint%step))
+        if (self%is_inside) then
+            call self%log%line('')
+            call self%log%line(task_heading(self%task))
+            call self%log%line(column_heading(self))
+        end if
+        call self%log%start_bar()
+    end subroutine resume_monitor
+
+    !> A checkpoint that took the name of the results file would end the run's results.
+    subroutine check_places(problem, error)
+        type(problem_t), intent(in) :: problem
+        type(error_t), allocatable, intent(out) :: error
+        character(:), allocatable :: results
+        logical :: is_results
+        integer :: i
+
+        results = problem%output%file // '.h5'
+        do i = 1, size(problem%tasks)
+            if (.not. allocated(problem%tasks(i)%safeguard%file)) cycle
+            associate (file => problem%tasks(i)%safeguard%file)
+                is_results = is_same_file(file, results)
+                if (.not. is_results .and. file /= results) cycle
+            end associate
+            call raise(error, status_input, 'CHECKPOINT file=: ' // results // ' is the results file, ' &
+                       // 'give checkpoints another name')
+            return
+        end do
+    end subroutine check_places
+
+    !> What the log and the results file remember of the commands so far.
+    subroutine pass_memory(self, memory)
+        class(monitor_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+
+        call memory%pass('run.command', self%number)
+        call memory%pass('run.is_inside', self%is_inside)
+        if (.not. self%is_inside) return
+        call memory%pass('monitor.iterations', self%iterations)
+        call memory%pass('monitor.cuts', self%cuts)
+        call memory%pass('monitor.largest_energy', self%largest_energy)
+        call memory%pass('monitor.largest_drift', self%largest_drift)
+        call memory%pass('monitor.when_drift', self%when_drift)
+        call memory%pass('monitor.next_line', self%next_line)
+        call self%first%pass_memory(memory, 'monitor.first')
+        call self%last%pass_memory(memory, 'monitor.last')
+        call memory%pass('monitor.largest', self%extremes%largest)
+        call memory%pass('monitor.smallest', self%extremes%smallest)
+        call memory%pass('monitor.when_largest', self%extremes%when_largest)
+        call memory%pass('monitor.when_smallest', self%extremes%when_smallest)
+    end subroutine pass_memory
+
+    !> Whether a checkpoint is due after the step just recorded, or after a command.
+    logical function wants_memory(self)
+        class(monitor_t), intent(inout) :: self
+
+        wants_memory = self%watch%is_due(self%last%number)
+    end function wants_memory
+
+    !> Write a checkpoint. Where the run is to stop, error says so; a checkpoint on the way that cannot be
+    !> written is only warned of, since the run itself is well.
+    subroutine keep_memory(self, memory, error)
+        class(monitor_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable :: trouble
+        type(checkpoint_t) :: checkpoint
+        character(:), allocatable :: path, place
+        logical :: stopping
+
+        stopping = self%watch%must_stop()
+        path = self%results%path(:len(self%results%path) - 3) // '.chk.h5'
+        if (allocated(self%task%safeguard%file)) path = self%task%safeguard%file
+        call self%results%sync(error)
+        if (allocated(error)) return
+        call pass_memory(self, memory)
+        call self%results%pass_memory(memory, self%is_inside)
+        checkpoint%created = self%results%created
+        checkpoint%results = self%results%path
+        checkpoint%command = self%task%name
+        checkpoint%step = self%last%number
+        checkpoint%abscissa = self%last%abscissa
+        checkpoint%wall_seconds = self%wall_seconds()
+        checkpoint%cpu_seconds = self%cpu_seconds()
+        checkpoint%memory = memory
+        call write_checkpoint(path, self%origin, checkpoint, trouble)
+        call self%watch%note_checkpoint()
+        place = 'step ' // to_text(self%last%number) // ' of ' // self%task%name
+        if (.not. self%is_inside) place = 'the end of ' // self%task%name
+        if (allocated(trouble)) then
+            if (stopping) then
+                call raise(error, trouble%status, 'stopped by ' // self%watch%reason() // ' after ' // place &
+                           // ', and ' // trouble%message)
+            else
+                call self%log%line('  warning: ' // trouble%message // '; the run goes on')
+            end if
+            return
+        end if
+        call self%log%detail('      checkpoint ' // path)
+        if (stopping) call raise(error, status_interrupted, 'stopped by ' // self%watch%reason() &
+                                 // ' after ' // place // '; go on with --restart ' // path)
+    end subroutine keep_memory
+
+    !> Time that the run has taken, that before a restart included [s].
+    real(wp) function wall_seconds(self)
+        class(monitor_t), intent(in) :: self
+
+        wall_seconds = self%wall_before + self%watch%elapsed()
+    end function wall_seconds
+
+    real(wp) function cpu_seconds(self)
+        class(monitor_t), intent(in) :: self
+
+        call cpu_time(cpu_seconds)
+        cpu_seconds = self%cpu_before + cpu_seconds
+    end function cpu_seconds
 
     subroutine begin_task(self, task, error)
         class(monitor_t), intent(inout) :: self
@@ -67,6 +240,9 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         self%task = task
+        self%number = self%number + 1
+        self%is_inside = .true.
+        call self%watch%begin_task(task%safeguard)
         self%iterations = 0
         self%cuts = 0
         self%next_line = 0.0_wp
@@ -203,6 +379,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         call self%log%clear_bar()
+        self%is_inside = .false.
         call self%results%end_task(error)
         if (allocated(error) .or. allocated(failure) .or. self%task%kind == task_modal) return
         call report_extremes(self)

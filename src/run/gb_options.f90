@@ -30,6 +30,9 @@ contains
             'results go to NAME.h5 (replaces OUTPUT file=)'), &
             option_entry_t('--set', '', 'name=value', 'name', 'replace a PARAMETER''s value (repeatable)'), &
             option_entry_t('--check', '', '', '', 'read and check the deck, draw the model, run nothing'), &
+            option_entry_t('--restart', '', 'FILE', 'file', 'go on from a checkpoint of the same deck'), &
+            option_entry_t('--max-time', '', 'SECONDS', '', &
+            'write a checkpoint and stop before this much wall time has gone'), &
             option_entry_t('--threads', '', 'N', '', 'threads for SWEEP members'), &
             option_entry_t('--shard', '', 'I/N', '', &
             'run every N-th SWEEP member only, from the I-th on; auto: I and N from MPI or Slurm'), &
@@ -51,7 +54,8 @@ contains
         table = [exit_entry_t(0, 'done'), &
                  exit_entry_t(1, 'deck or command line wrong: nothing was run, no file touched'), &
                  exit_entry_t(2, 'solution failed: all earlier steps are in the results file'), &
-                 exit_entry_t(3, 'a file could not be read or written')]
+                 exit_entry_t(3, 'a file could not be read or written'), &
+                 exit_entry_t(4, 'stopped by a signal or --max-time, with a checkpoint')]
     end function exit_table
 
     !> What --help prints.

@@ -1,8 +1,9 @@
 !> A run from the command line to the exit status: read, check, solve, say how it ended.
 module gb_run
     use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-    use gb_kinds, only: wp, i8
-    use gb_error, only: error_t, raise, status_ok, status_input, status_file
+    use gb_error, only: error_t, raise, status_ok, status_input, status_file, status_interrupted
+    use gb_memory, only: memory_t
+    use gb_checkpoint, only: checkpoint_t
     use gb_text, only: to_text
     use gb_version, only: program_version, git_revision
     use gb_colour, only: has_colours, colour_report, standard_error
@@ -71,10 +72,11 @@ contains
             end if
         end if
         if (allocated(error)) then
+            status = error%status
             message = 'gentbeam: error: ' // error%message
+            if (status == status_interrupted) message = 'gentbeam: ' // error%message
             if (has_colours(standard_error)) message = colour_report(message)
             write (error_unit, '(a)') message
-            status = error%status
         end if
     end subroutine run_program
 
@@ -132,61 +134,105 @@ contains
             // to_text(problem%model%mesh%n_nodes()) // ' nodes is too large for this machine: ' // reason)
     end subroutine check_memory
 
-    !> Run the solution commands in their order, each from the state the last one left.
+    !> Run the solution commands in their order, each from the state the last one left; or those that a
+    !> checkpoint leaves to do.
     subroutine solve_problem(problem, options, error)
         type(problem_t), intent(in) :: problem
         type(options_t), intent(in) :: options
         type(error_t), allocatable, intent(out) :: error
         type(monitor_t) :: monitor
+        type(checkpoint_t) :: checkpoint
         type(system_t) :: system
         type(external_t) :: external
         type(state_t) :: state
-        type(error_t), allocatable :: file_error
-        integer(i8) :: start, count, rate
-        real(wp) :: cpu_start, cpu_end
         logical :: has_velocities
         integer :: i
 
         call use_one_blas_thread()
-        call system_clock(start)
-        call cpu_time(cpu_start)
         system = build_system(problem%model)
-        call monitor%open(problem, build_recovery(problem%model, system), options%log_level, error)
+        call monitor%watch%begin(options%max_seconds)
+        if (len(options%restart) > 0) then
+            call monitor%resume(problem, build_recovery(problem%model, system), options%log_level, &
+                options%restart, checkpoint, error)
+        else
+            call monitor%open(problem, build_recovery(problem%model, system), options%log_level, error)
+        end if
         if (allocated(error)) return
-        call monitor%log%line('  results: ' // monitor%results%path)
         external = build_external(problem%model)
         call initial_state(problem%model, system, state, error)
         has_velocities = .true.
-        do i = 1, size(problem%tasks)
+        if (monitor%number > 0 .and. .not. monitor%is_inside .and. .not. allocated(error)) then
+            call pass_memory(checkpoint%memory, has_velocities, state)
+            call checkpoint%memory%check(error)
+        end if
+        do i = monitor%number + merge(0, 1, monitor%is_inside), size(problem%tasks)
             if (allocated(error)) exit
-            call run_task(problem, i, system, external, has_velocities, state, monitor, error)
+            call run_task(problem, i, system, external, monitor%is_inside, checkpoint%memory, &
+                has_velocities, &
+                state, monitor, error)
+            if (allocated(error) .or. i == size(problem%tasks)) exit
+            call offer_memory(has_velocities, state, monitor, error)
         end do
-        call system_clock(count, rate)
-        call cpu_time(cpu_end)
+        call finish(monitor, error)
+    end subroutine solve_problem
+
+    !> What one command leaves to the next.
+    subroutine pass_memory(memory, has_velocities, state)
+        type(memory_t), intent(inout) :: memory
+        logical, intent(inout) :: has_velocities
+        type(state_t), intent(inout) :: state
+
+        call memory%pass('run.has_velocities', has_velocities)
+        call state%pass_memory(memory, 'state')
+    end subroutine pass_memory
+
+    !> Between two commands: a checkpoint, where the run is to stop there.
+    subroutine offer_memory(has_velocities, state, monitor, error)
+        logical, intent(inout) :: has_velocities
+        type(state_t), intent(inout) :: state
+        type(monitor_t), intent(inout) :: monitor
+        type(error_t), allocatable, intent(out) :: error
+        type(memory_t) :: memory
+
+        if (.not. monitor%wants_memory()) return
+        call pass_memory(memory, has_velocities, state)
+        call monitor%keep_memory(memory, error)
+    end subroutine offer_memory
+
+    !> Close the results file with the word on how the run ended, and say so.
+    subroutine finish(monitor, error)
+        type(monitor_t), intent(inout) :: monitor
+        type(error_t), allocatable, intent(inout) :: error
+        type(error_t), allocatable :: file_error
+        character(:), allocatable :: outcome, message, line, wall
+
+        outcome = 'complete'
+        message = ''
+        wall = to_text(monitor%wall_seconds(), 3) // ' s'
+        line = 'done in ' // wall // ' (' // to_text(monitor%cpu_seconds(), 3) // ' s CPU)'
         if (allocated(error)) then
             if (error%status == status_file) return
-            call monitor%results%close('failed', error%message, real(count - start, wp)/real(rate, wp), &
-                cpu_end - cpu_start, file_error)
-        else
-            call monitor%results%close('complete', '', real(count - start, wp)/real(rate, wp), cpu_end &
-                - cpu_start, file_error)
+            message = error%message
+            outcome = 'failed'
+            line = 'failed after ' // wall // ': ' // message
+            if (error%status == status_interrupted) then
+                outcome = 'interrupted'
+                line = message
+            end if
         end if
+        call monitor%results%close(outcome, message, monitor%wall_seconds(), monitor%cpu_seconds(), &
+            file_error)
         if (allocated(file_error)) then
             call move_alloc(file_error, error)
             return
         end if
         call monitor%log%line('')
-        if (allocated(error)) then
-            call monitor%log%line('failed after ' // to_text(real(count - start, wp)/real(rate, wp), 3) &
-                // ' s: ' // error%message)
-        else
-            call monitor%log%line('done in ' // to_text(real(count - start, wp)/real(rate, wp), 3) &
-                // ' s (' // to_text(cpu_end - cpu_start, 3) // ' s CPU)')
-        end if
+        call monitor%log%line(line)
         if (monitor%log%has_failed .and. .not. allocated(error)) then
             call raise(error, status_file, &
                 'the log could not be written to standard output (the results file is complete)')
         end if
-    end subroutine solve_problem
+    end subroutine finish
+
 
 end module gb_run

@@ -3,7 +3,7 @@
 module gb_study_run
     use gb_kinds, only: wp, i8
     use gb_deck, only: recipe_t, read_member, diagnostics_t
-    use gb_error, only: error_t, raise, status_solution, status_file, status_stopped
+    use gb_error, only: error_t, raise, status_solution, status_file, status_interrupted
     use gb_log, only: log_t
     use gb_member, only: member_t, member_complete, member_failed, member_waiting
     use gb_names, only: max_name
@@ -326,7 +326,7 @@ contains
         call monitor%log%line(trim(merge('stopped after', 'done in      ', status == 'interrupted')) // ' ' &
             // to_text(seconds, 3) // ' s (' // to_text(cpu_end - cpu_start, 3) // ' s CPU): ' // counts)
         if (status == 'interrupted') then
-            call raise(error, status_stopped, 'stopped by a signal with ' // counts // '; the results file ' &
+            call raise(error, status_interrupted, 'stopped by a signal with ' // counts // '; the results file ' &
                 // 'has what is finished')
         else if (status == 'failed') then
             if (.not. allocated(monitor%first_failure)) monitor%first_failure = 'see /sweep/message'

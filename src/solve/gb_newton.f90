@@ -8,6 +8,7 @@
 !> is compared with what rounding alone explains.
 module gb_newton
     use gb_kinds, only: wp
+    use gb_memory, only: memory_t
     use gb_fields, only: n_fields
     use gb_system, only: system_t
     use gb_stage, only: stage_t
@@ -53,6 +54,7 @@ module gb_newton
         procedure :: prepare_banded
         procedure :: strain_energy
         procedure :: kinetic_energy
+        procedure :: pass_memory
     end type newton_t
 
     !> Fields smaller than this part of their natural size (beam length, 1, 1/h) count as that large.
@@ -160,6 +162,15 @@ contains
         call iterate(self, self%banded, system, stage, origin, .true., u, report)
         report%iterations = report%iterations + spent
     end subroutine solve
+
+    !> What one solution leaves to the next.
+    subroutine pass_memory(self, memory)
+        class(newton_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+
+        call memory%pass('newton.largest', self%largest)
+        call memory%pass('newton.curvature', self%curvature)
+    end subroutine pass_memory
 
     !> Newton's iteration, with full steps where admissible or (searching) with a line search.
     subroutine iterate(self, tangent, system, stage, origin, searching, u, report)

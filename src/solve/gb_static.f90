@@ -3,6 +3,7 @@
 module gb_static
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_solution
+    use gb_memory, only: memory_t
     use gb_text, only: to_text
     use gb_mesh, only: mesh_t
     use gb_problem, only: task_t
@@ -20,54 +21,65 @@ module gb_static
 
     public :: run_static
 
+    !> What the loop over the load steps carries from one to the next.
+    type :: pace_t
+        real(wp) :: start = 0.0_wp                  !! load factor at the start of the command [-]
+        real(wp), allocatable :: last_change(:)     !! of the displacements, in the last part of a step (n)
+        real(wp) :: last_factor = 0.0_wp            !! what the load factor changed by in it; 0: no guide
+        real(wp), allocatable :: reaction(:)        !! of the driven unknowns
+        type(substeps_t) :: parts                   !! halvings in force
+    contains
+        procedure :: pass_memory => pass_pace
+    end type pace_t
+
 contains
 
     !> From the state's load factor to task%load in task%steps equal steps; every step is told to the
-    !> recorder. On failure the state is the last equilibrium found.
-    subroutine run_static(system, external, mesh, task, state, recorder, error)
+    !> recorder. A memory that is being recalled takes the place of the start: the command goes on from there.
+    !> On failure the state is the last equilibrium found.
+    subroutine run_static(system, external, mesh, task, memory, state, recorder, error)
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         type(mesh_t), intent(in) :: mesh
         type(task_t), intent(in) :: task
+        type(memory_t), intent(inout) :: memory
         type(state_t), intent(inout) :: state
         class(recorder_t), intent(inout) :: recorder
         type(error_t), allocatable, intent(out) :: error
         type(newton_t) :: newton
         type(newton_report_t) :: report
         type(stage_t) :: stage
-        type(substeps_t) :: parts
+        type(pace_t) :: pace
         type(step_record_t) :: step
-        real(wp), allocatable :: force(:), u(:), last_change(:), reaction(:)
-        real(wp) :: start, from, target, last_factor
+        real(wp), allocatable :: force(:), u(:)
+        real(wp) :: from, target
         integer :: i
         logical :: exhausted, admissible
 
         call newton%set_up(system, task%tolerance, task%iterations, &
                            block=system%fits_block .and. task%solver /= solver_lapack)
-        parts%max_level = task%cuts
-        allocate (force(system%n))
+        allocate (force(system%n), stage%f_external(system%n))
         call external%static_forces(force)
-        allocate (last_change(system%n), stage%f_external(system%n), u(system%n))
-        last_factor = 0.0_wp
-        state%v = 0.0_wp
-        state%a = 0.0_wp
-        start = state%load
-        call system%internal_force(state%u, last_change, admissible)
-        reaction = last_change(external%motion%unknown) - start*force(external%motion%unknown)
-        last_change = 0.0_wp
-        step%abscissa = start
-        call newton%strain_energy(system, state%u, step%strain, admissible)
-        call recorder%record_step(step, state, error)
+        allocate (pace%last_change(system%n), pace%reaction(size(external%motion%unknown)), u(system%n))
+        pace%parts%max_level = task%cuts
+        if (memory%is_recalling) then
+            call pass_all(newton, pace, state, step, memory)
+            call memory%check(error)
+        else
+            call start(newton, system, external, force, pace, state, step)
+            call recorder%record_step(step, state, error)
+        end if
         if (allocated(error)) return
-        do i = 1, task%steps
+        do i = step%number + 1, task%steps
             step%iterations = 0
             step%cuts = 0
             from = state%load
-            target = merge(task%load, start + (task%load - start)*real(i, wp)/real(task%steps, wp), &
-                i == task%steps)
-            call parts%begin_interval()
-            do while (.not. parts%is_finished())
-                associate (factor => from + (target - from)*parts%next_end())
+            target = pace%start + (task%load - pace%start)*real(i, wp)/real(task%steps, wp)
+            if (i == task%steps) target = task%load
+            call pace%parts%begin_interval()
+            do while (.not. pace%parts%is_finished())
+                associate (factor => from + (target - from)*pace%parts%next_end(), &
+                    last_factor => pace%last_factor, last_change => pace%last_change)
                     stage%f_external = factor*force
                     report = newton_report_t()
                     call guess(external, state, factor, last_factor, last_change, u)
@@ -83,7 +95,7 @@ contains
                     step%iterations = step%iterations + report%iterations
                     if (report%outcome /= newton_converged) then
                         step%cuts = step%cuts + 1
-                        call parts%reject(exhausted)
+                        call pace%parts%reject(exhausted)
                         last_factor = 0.0_wp
                         if (exhausted) then
                             call raise(error, status_solution, 'STATIC: step ' // to_text(i) // ' of ' &
@@ -99,10 +111,11 @@ contains
                     last_factor = factor - state%load
                     step%external = step%external &
                                     + 0.5_wp*(state%load + factor)*dot_product(force, last_change)
-                    call add_support_work(system, external, stage, u, last_change, reaction, step%external)
+                    call add_support_work(system, external, stage, u, last_change, pace%reaction, &
+                        step%external)
                     state%u = u
                     state%load = factor
-                    call parts%accept()
+                    call pace%parts%accept()
                 end associate
             end do
             step%number = i
@@ -113,6 +126,7 @@ contains
             step%increments = report%increments
             call newton%strain_energy(system, state%u, step%strain, admissible)
             call recorder%record_step(step, state, error)
+            if (.not. allocated(error)) call offer_memory(newton, pace, state, step, recorder, error)
             if (allocated(error)) return
         end do
     end subroutine run_static
@@ -130,6 +144,69 @@ contains
         if (abs(last_factor) > 0.0_wp) u = u + ((factor - state%load)/last_factor)*last_change
         call external%motion%impose_factor(factor, u)
     end subroutine guess
+
+    !> The state the command starts from, at rest, and its record.
+    subroutine start(newton, system, external, force, pace, state, step)
+        type(newton_t), intent(inout) :: newton
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        real(wp), intent(in) :: force(:)            !! loads at factor 1 (n)
+        type(pace_t), intent(inout) :: pace
+        type(state_t), intent(inout) :: state
+        type(step_record_t), intent(inout) :: step
+        logical :: admissible
+
+        state%v = 0.0_wp
+        state%a = 0.0_wp
+        pace%start = state%load
+        call system%internal_force(state%u, pace%last_change, admissible)
+        associate (i => external%motion%unknown)
+            pace%reaction = pace%last_change(i) - pace%start*force(i)
+        end associate
+        pace%last_change = 0.0_wp
+        step%abscissa = pace%start
+        call newton%strain_energy(system, state%u, step%strain, admissible)
+    end subroutine start
+
+    subroutine pass_pace(self, memory)
+        class(pace_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+
+        call memory%pass('pace.start', self%start)
+        call memory%pass('pace.last_change', self%last_change)
+        call memory%pass('pace.last_factor', self%last_factor)
+        call memory%pass('pace.reaction', self%reaction)
+        call self%parts%pass_memory(memory)
+    end subroutine pass_pace
+
+    !> All that the next load step depends on.
+    subroutine pass_all(newton, pace, state, step, memory)
+        type(newton_t), intent(inout) :: newton
+        type(pace_t), intent(inout) :: pace
+        type(state_t), intent(inout) :: state
+        type(step_record_t), intent(inout) :: step
+        type(memory_t), intent(inout) :: memory
+
+        call state%pass_memory(memory, 'state')
+        call step%pass_memory(memory, 'step')
+        call pace%pass_memory(memory)
+        call newton%pass_memory(memory)
+    end subroutine pass_all
+
+    !> After a step: where the recorder asks for it, hand it all that.
+    subroutine offer_memory(newton, pace, state, step, recorder, error)
+        type(newton_t), intent(inout) :: newton
+        type(pace_t), intent(inout) :: pace
+        type(state_t), intent(inout) :: state
+        type(step_record_t), intent(inout) :: step
+        class(recorder_t), intent(inout) :: recorder
+        type(error_t), allocatable, intent(out) :: error
+        type(memory_t) :: memory
+
+        if (.not. recorder%wants_memory()) return
+        call pass_all(newton, pace, state, step, memory)
+        call recorder%keep_memory(memory, error)
+    end subroutine offer_memory
 
     !> Work of the driven supports over a step, by the mean of their reactions at its ends.
     subroutine add_support_work(system, external, stage, u, change, reaction, work)

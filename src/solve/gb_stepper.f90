@@ -3,6 +3,7 @@
 module gb_stepper
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_solution
+    use gb_memory, only: memory_t
     use gb_text, only: to_text
     use gb_band, only: band_t
     use gb_problem, only: task_t
@@ -50,6 +51,7 @@ module gb_stepper
         integer :: iterations = 0                   !! since the last call of `take_iterations`
     contains
         procedure :: start
+        procedure :: resume
         procedure :: propose
         procedure :: commit
         procedure :: explicit_limit
@@ -57,6 +59,7 @@ module gb_stepper
         procedure :: go_back
         procedure :: kinetic
         procedure :: take_iterations
+        procedure :: pass_memory
     end type stepper_t
 
 contains
@@ -72,6 +75,53 @@ contains
         type(error_t), allocatable, intent(out) :: error
         logical :: admissible
 
+        call prepare(self, system, external, task, span)
+        state%time = 0.0_wp
+        call restart(self, system, external, state, error)
+        if (allocated(error)) return
+        call self%newton%strain_energy(system, state%u, self%strain, admissible)
+        if (self%scheme%is_explicit) call measure_limit(self, system, state)
+        self%trial = state
+    end subroutine start
+
+    !> Make ready to go on from a state in the middle of a command, with what `memory` holds of the stepper.
+    subroutine resume(self, system, external, task, span, memory, state)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(task_t), intent(in) :: task
+        real(wp), intent(in) :: span                !! [T]
+        type(memory_t), intent(inout) :: memory
+        type(state_t), intent(in) :: state
+
+        call prepare(self, system, external, task, span)
+        call self%pass_memory(memory)
+        self%trial = state
+    end subroutine resume
+
+    !> What a committed step leaves to the next one, besides the state.
+    subroutine pass_memory(self, memory)
+        class(stepper_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+
+        call memory%pass('stepper.f_start', self%f_start)
+        call memory%pass('stepper.reaction', self%reaction)
+        call memory%pass('stepper.external', self%external)
+        call memory%pass('stepper.dissipated', self%dissipated)
+        call memory%pass('stepper.strain', self%strain)
+        call memory%pass('stepper.limit', self%limit)
+        call memory%pass('stepper.limit_age', self%limit_age)
+        call self%newton%pass_memory(memory)
+    end subroutine pass_memory
+
+    !> What does not depend on the state: the scheme, and room for what steps are made of.
+    subroutine prepare(self, system, external, task, span)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(task_t), intent(in) :: task
+        real(wp), intent(in) :: span                !! [T]
+
         call make_scheme(task, self%scheme)
         call self%newton%set_up(system, task%tolerance, task%iterations, &
             system%symmetric .and. self%scheme%has_symmetric_tangent, system%fits_block .and. &
@@ -80,15 +130,11 @@ contains
         self%stage%needs_velocity = self%scheme%is_explicit .or. allocated(system%damping%a) .or. &
                                     any(system%has_full_inertia)
         allocate (self%f_start(system%n), self%f_end(system%n), self%stage%f_external(system%n))
+        allocate (self%reaction(size(external%motion%unknown)))
+        self%reaction = 0.0_wp
         if (self%scheme%is_explicit) self%lumped = system%lumped_mass()
         self%span = span
-        state%time = 0.0_wp
-        call restart(self, system, external, state, error)
-        if (allocated(error)) return
-        call self%newton%strain_energy(system, state%u, self%strain, admissible)
-        if (self%scheme%is_explicit) call measure_limit(self, system, state)
-        self%trial = state
-    end subroutine start
+    end subroutine prepare
 
     !> At time 0 and after a jump: driven supports and loads have their values from then on, and accelerations
     !> follow.
@@ -367,7 +413,7 @@ contains
 
         self%mark%state = state
         self%mark%f_start = self%f_start
-        if (allocated(self%reaction)) self%mark%reaction = self%reaction
+        self%mark%reaction = self%reaction
         self%mark%external = self%external
         self%mark%dissipated = self%dissipated
         self%mark%strain = self%strain
@@ -380,7 +426,7 @@ contains
 
         state = self%mark%state
         self%f_start = self%mark%f_start
-        if (allocated(self%mark%reaction)) self%reaction = self%mark%reaction
+        self%reaction = self%mark%reaction
         self%external = self%mark%external
         self%dissipated = self%mark%dissipated
         self%strain = self%mark%strain

@@ -2,6 +2,7 @@
 !> 2^level equal parts, so that its end is always met exactly.
 module gb_substeps
     use gb_kinds, only: wp
+    use gb_memory, only: memory_t
     implicit none
     private
 
@@ -17,6 +18,7 @@ module gb_substeps
         procedure :: accept
         procedure :: reject
         procedure :: is_finished
+        procedure :: pass_memory
     end type substeps_t
 
 contains
@@ -78,5 +80,13 @@ contains
 
         is_finished = self%done >= 2**self%level
     end function is_finished
+
+    !> What one interval leaves to the next.
+    subroutine pass_memory(self, memory)
+        class(substeps_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+
+        call memory%pass('parts.level', self%level)
+    end subroutine pass_memory
 
 end module gb_substeps

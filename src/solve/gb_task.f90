@@ -3,6 +3,7 @@ module gb_task
     use gb_error, only: error_t, status_file
     use gb_external, only: external_t
     use gb_initial, only: initial_velocities
+    use gb_memory, only: memory_t
     use gb_modal, only: run_modal
     use gb_problem, only: problem_t, task_static, task_modal
     use gb_recorder, only: recorder_t
@@ -17,13 +18,17 @@ module gb_task
 
 contains
 
-    !> Run solution command `number` from the state the last one left, and tell the recorder. On failure the
+    !> Run solution command `number` from the state the last one left, or from where `memory` was taken inside
+    !> it, and tell the recorder. On failure the
     !> state is the last one reached.
-    subroutine run_task(problem, number, system, external, has_velocities, state, recorder, error)
+    subroutine run_task(problem, number, system, external, is_inside, memory, has_velocities, state, &
+        recorder, error)
         type(problem_t), intent(in) :: problem
         integer, intent(in) :: number
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
+        logical, intent(in) :: is_inside            !! whether the command goes on from `memory`
+        type(memory_t), intent(inout) :: memory
         logical, intent(inout) :: has_velocities  !! whether the state's velocities are those to go on with
         type(state_t), intent(inout) :: state
         class(recorder_t), intent(inout) :: recorder
@@ -31,19 +36,23 @@ contains
         type(error_t), allocatable :: file_error
 
         associate (task => problem%tasks(number))
-            call recorder%begin_task(task, error)
-            if (allocated(error)) return
+            if (.not. is_inside) then
+                call memory%clear()
+                call recorder%begin_task(task, error)
+                if (allocated(error)) return
+            end if
             select case (task%kind)
             case (task_static)
                 has_velocities = .false.
-                call run_static(system, external, problem%model%mesh, task, state, recorder, error)
+                call run_static(system, external, problem%model%mesh, task, memory, state, &
+                    recorder, error)
             case (task_modal)
                 call run_modal(system, problem%model, task, state, recorder, error)
             case default
                 if (.not. has_velocities) call initial_velocities(problem%model, system, state%v, error)
                 has_velocities = .true.
                 if (.not. allocated(error)) call run_transient(system, external, problem%model%mesh, task, &
-                    state, recorder, error)
+                    memory, state, recorder, error)
             end select
         end associate
         if (allocated(error)) then

@@ -3,6 +3,7 @@
 module gb_transient
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_solution
+    use gb_memory, only: memory_t
     use gb_text, only: to_text
     use gb_fields, only: n_fields
     use gb_mesh, only: mesh_t
@@ -26,36 +27,91 @@ module gb_transient
     real(wp), parameter :: first_part = 1.0e-4_wp, smallest_part = 1.0e-12_wp
     real(wp), parameter :: safety = 0.9_wp, least_growth = 0.2_wp, most_growth = 3.0_wp
 
+    !> What the loop over the steps carries from one to the next.
+    type :: pace_t
+        integer :: grid = 0                     !! fixed steps: multiples of the step behind
+        type(substeps_t) :: parts               !! fixed steps: halvings in force
+        real(wp) :: dt = 0.0_wp                 !! adaptive: the next step [T]
+        real(wp) :: last_misfit = 1.0_wp        !! adaptive: error of the last step over the accuracy [-]
+        real(wp) :: largest = 0.0_wp            !! adaptive: largest displacement so far [L]
+    contains
+        procedure :: pass_memory => pass_pace
+    end type pace_t
+
 contains
 
     !> Integrate from rest or from the state's velocities over task%end_time; every step is told to the
-    !> recorder. On failure the state is that of the last step solved.
-    subroutine run_transient(system, external, mesh, task, state, recorder, error)
+    !> recorder. A memory that is being recalled takes the place of the start: the command goes on from there.
+    !> On failure the state is that of the last step solved.
+    subroutine run_transient(system, external, mesh, task, memory, state, recorder, error)
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         type(mesh_t), intent(in) :: mesh
         type(task_t), intent(in) :: task
+        type(memory_t), intent(inout) :: memory
         type(state_t), intent(inout) :: state
         class(recorder_t), intent(inout) :: recorder
         type(error_t), allocatable, intent(out) :: error
         type(stepper_t) :: stepper
         type(step_record_t) :: step
+        type(pace_t) :: pace
         real(wp), allocatable :: events(:)
         real(wp) :: span
 
         span = merge(task%step, first_part*task%end_time, task%step > 0.0_wp)
-        call stepper%start(system, external, task, span, state, error)
-        if (allocated(error)) return
-        call report(stepper, system, task, 0.0_wp, state, step, recorder, error)
+        pace%parts%max_level = task%cuts
+        pace%dt = first_part*task%end_time
+        pace%largest = 1.0e-3_wp*system%field_scale(1)
+        if (memory%is_recalling) then
+            call state%pass_memory(memory, 'state')
+            call step%pass_memory(memory, 'step')
+            call pace%pass_memory(memory)
+            call stepper%resume(system, external, task, span, memory, state)
+            call memory%check(error)
+        else
+            call stepper%start(system, external, task, span, state, error)
+            if (allocated(error)) return
+            call report(stepper, system, task, 0.0_wp, state, step, recorder, error)
+        end if
         if (allocated(error)) return
         events = external%events(task%end_time)
         if (task%step > 0.0_wp) then
-            call take_fixed_steps(stepper, system, external, mesh, task, events, state, step, recorder, error)
+            call take_fixed_steps(stepper, system, external, mesh, task, events, pace, state, step, &
+                recorder, error)
         else
-            call take_adaptive_steps(stepper, system, external, mesh, task, events, state, step, recorder, &
-                error)
+            call take_adaptive_steps(stepper, system, external, mesh, task, events, pace, state, step, &
+                recorder, error)
         end if
     end subroutine run_transient
+
+    subroutine pass_pace(self, memory)
+        class(pace_t), intent(inout) :: self
+        type(memory_t), intent(inout) :: memory
+
+        call memory%pass('pace.grid', self%grid)
+        call memory%pass('pace.dt', self%dt)
+        call memory%pass('pace.last_misfit', self%last_misfit)
+        call memory%pass('pace.largest', self%largest)
+        call self%parts%pass_memory(memory)
+    end subroutine pass_pace
+
+    !> After a step: where the recorder asks for it, hand it all that the next step depends on.
+    subroutine offer_memory(stepper, pace, state, step, recorder, error)
+        type(stepper_t), intent(inout) :: stepper
+        type(pace_t), intent(inout) :: pace
+        type(state_t), intent(inout) :: state
+        type(step_record_t), intent(inout) :: step
+        class(recorder_t), intent(inout) :: recorder
+        type(error_t), allocatable, intent(out) :: error
+        type(memory_t) :: memory
+
+        if (.not. recorder%wants_memory()) return
+        call state%pass_memory(memory, 'state')
+        call step%pass_memory(memory, 'step')
+        call pace%pass_memory(memory)
+        call stepper%pass_memory(memory)
+        call recorder%keep_memory(memory, error)
+    end subroutine offer_memory
 
     !> Tell the recorder of the state that has been reached in a step of the given size.
     subroutine report(stepper, system, task, size, state, step, recorder, error)
@@ -81,34 +137,33 @@ contains
         call recorder%record_step(step, state, error)
     end subroutine report
 
-    subroutine take_fixed_steps(stepper, system, external, mesh, task, events, state, step, recorder, error)
+    subroutine take_fixed_steps(stepper, system, external, mesh, task, events, pace, state, step, recorder, &
+        error)
         type(stepper_t), intent(inout) :: stepper
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         type(mesh_t), intent(in) :: mesh
         type(task_t), intent(in) :: task
         real(wp), intent(in) :: events(:)               !! increasing [T]
+        type(pace_t), intent(inout) :: pace
         type(state_t), intent(inout) :: state
         type(step_record_t), intent(inout) :: step
         class(recorder_t), intent(inout) :: recorder
         type(error_t), allocatable, intent(out) :: error
-        type(substeps_t) :: parts
         real(wp) :: from, target
-        integer :: grid
         logical :: at_event
 
-        parts%max_level = task%cuts
-        grid = 0
         do while (state%time < task%end_time)
             from = state%time
-            call next_instant(task, events, from, grid, target, step%on_grid, at_event)
-            call walk(stepper, system, external, mesh, from, target, at_event, parts, state, step, error)
+            call next_instant(task, events, from, pace%grid, target, step%on_grid, at_event)
+            call walk(stepper, system, external, mesh, from, target, at_event, pace%parts, state, step, error)
             if (allocated(error)) then
                 error%message = 'TRANSIENT: step ' // to_text(step%number + 1) // error%message
                 return
             end if
             step%number = step%number + 1
             call report(stepper, system, task, target - from, state, step, recorder, error)
+            if (.not. allocated(error)) call offer_memory(stepper, pace, state, step, recorder, error)
             if (allocated(error)) return
         end do
     end subroutine take_fixed_steps
@@ -227,25 +282,23 @@ contains
     !> error of two half steps is estimated from the difference to one whole step (a third of it, for schemes
     !> of second order), and a proportional-integral controller chooses the next step. The half steps are what
     !> is kept.
-    subroutine take_adaptive_steps(stepper, system, external, mesh, task, events, state, step, recorder, &
-        error)
+    subroutine take_adaptive_steps(stepper, system, external, mesh, task, events, pace, state, step, &
+        recorder, error)
         type(stepper_t), intent(inout) :: stepper
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         type(mesh_t), intent(in) :: mesh
         type(task_t), intent(in) :: task
         real(wp), intent(in) :: events(:)               !! increasing [T]
+        type(pace_t), intent(inout) :: pace
         type(state_t), intent(inout) :: state
         type(step_record_t), intent(inout) :: step
         class(recorder_t), intent(inout) :: recorder
         type(error_t), allocatable, intent(out) :: error
-        real(wp) :: dt, size, target, misfit, last_misfit, largest
+        real(wp) :: size, target, misfit
         logical :: is_solved, at_event
         integer :: i
 
-        dt = first_part*task%end_time
-        last_misfit = 1.0_wp
-        largest = 1.0e-3_wp*system%field_scale(1)
         do while (state%time < task%end_time)
             step%cuts = 0
             do
@@ -255,25 +308,25 @@ contains
                 at_event = target < task%end_time
                 ! A step that would leave a sliver behind takes it along, or shares the way with the next.
                 size = target - state%time
-                if (dt < 0.999_wp*size) then
-                    size = min(dt, 0.5_wp*size)
+                if (pace%dt < 0.999_wp*size) then
+                    size = min(pace%dt, 0.5_wp*size)
                     target = state%time + size
                     at_event = .false.
                 end if
                 call stepper%remember(state)
-                call try_step(stepper, system, external, size, target, at_event, state, largest, misfit, &
-                    is_solved, error)
+                call try_step(stepper, system, external, size, target, at_event, state, pace%largest, &
+                    misfit, is_solved, error)
                 if (allocated(error)) return
                 misfit = misfit/task%accuracy
                 if (is_solved .and. misfit <= 1.0_wp) exit
                 call stepper%go_back(state)
                 step%cuts = step%cuts + 1
                 if (is_solved) then
-                    dt = size*max(least_growth, safety*misfit**(-1.0_wp/3.0_wp))
+                    pace%dt = size*max(least_growth, safety*misfit**(-1.0_wp/3.0_wp))
                 else
-                    dt = 0.25_wp*size
+                    pace%dt = 0.25_wp*size
                 end if
-                if (dt < smallest_part*task%end_time) then
+                if (pace%dt < smallest_part*task%end_time) then
                     call raise(error, status_solution, 'TRANSIENT: step ' // to_text(step%number + 1) // &
                                ': no step from t = ' // to_text(state%time) // ' keeps accuracy=' &
                                // to_text(task%accuracy) // '; ' // trim(failure_reason(system, &
@@ -282,11 +335,12 @@ contains
                 end if
             end do
             misfit = max(misfit, 1.0e-4_wp)
-            dt = size*min(most_growth, max(least_growth, &
-                safety*misfit**(-0.7_wp/3.0_wp)*last_misfit**(0.4_wp/3.0_wp)))
-            last_misfit = misfit
+            pace%dt = size*min(most_growth, max(least_growth, &
+                safety*misfit**(-0.7_wp/3.0_wp)*pace%last_misfit**(0.4_wp/3.0_wp)))
+            pace%last_misfit = misfit
             step%number = step%number + 1
             call report(stepper, system, task, size, state, step, recorder, error)
+            if (.not. allocated(error)) call offer_memory(stepper, pace, state, step, recorder, error)
             if (allocated(error)) return
         end do
     end subroutine take_adaptive_steps

@@ -1,7 +1,7 @@
 !> Gathers in memory what the methods tell about one member of a study.
 module gb_member_recorder
     use gb_kinds, only: wp
-    use gb_error, only: error_t, raise, status_stopped
+    use gb_error, only: error_t, raise, status_interrupted
     use gb_member, only: command_record_t, extremes_t, n_energies, n_solver
     use gb_problem, only: problem_t, task_t, task_modal
     use gb_recorder, only: recorder_t, step_record_t
@@ -74,7 +74,7 @@ contains
         integer :: i
 
         if (stop_is_asked()) then
-            call raise(error, status_stopped, 'stopped')
+            call raise(error, status_interrupted, 'stopped')
             return
         end if
         do i = 1, size(values)

@@ -1,12 +1,13 @@
 !> Runs members of a study, each from its problem to what it has to tell.
 module gb_member_run
-    use gb_error, only: error_t, status_stopped
+    use gb_error, only: error_t, status_interrupted
     use gb_external, only: external_t, build_external
     use gb_initial, only: initial_state
     use gb_member, only: member_t, command_record_t, member_waiting, member_complete, member_failed
     use gb_member_recorder, only: member_recorder_t
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
+    use gb_memory, only: memory_t
     use gb_task, only: run_task
     implicit none
     private
@@ -32,6 +33,7 @@ contains
         type(system_t) :: system
         type(external_t) :: external
         type(state_t) :: state
+        type(memory_t) :: memory
         type(error_t), allocatable :: error
         logical :: has_velocities
         integer :: i
@@ -44,14 +46,15 @@ contains
             has_velocities = .true.
             do i = 1, size(problem%tasks)
                 if (allocated(error)) exit
-                call run_task(problem, i, system, external, has_velocities, state, recorder, error)
+                call run_task(problem, i, system, external, .false., memory, has_velocities, state, recorder, &
+                    error)
             end do
         end associate
         member%message = ''
         member%outcome = member_complete
         if (allocated(error)) then
             member%outcome = member_failed
-            if (error%status == status_stopped) member%outcome = member_waiting
+            if (error%status == status_interrupted) member%outcome = member_waiting
             member%message = error%message
         end if
         call take_records(member, recorder)

@@ -3,6 +3,7 @@
 module small_models
     use gb_kinds, only: wp
     use gb_error, only: error_t
+    use gb_memory, only: memory_t
     use gb_section, only: material_t, section_t
     use gb_mesh, only: line_t, build_mesh
     use gb_history, only: history_t
@@ -274,16 +275,18 @@ contains
         type(task_t), intent(in) :: task
         type(recording_t), intent(out) :: recording
         type(error_t), allocatable, intent(out) :: error
+        type(memory_t) :: memory
 
         call recording%begin_task(task, error)
         select case (task%kind)
         case (task_static)
-            call run_static(self%system, self%external, self%model%mesh, task, self%state, recording, error)
+            call run_static(self%system, self%external, self%model%mesh, task, memory, self%state, &
+                recording, error)
         case (task_modal)
             call run_modal(self%system, self%model, task, self%state, recording, error)
         case default
-            call run_transient(self%system, self%external, self%model%mesh, task, self%state, recording, &
-                error)
+            call run_transient(self%system, self%external, self%model%mesh, task, memory, self%state, &
+                recording, error)
         end select
     end subroutine solve
 

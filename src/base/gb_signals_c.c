@@ -1,0 +1,47 @@
+/* Signals that ask a run to stop: the handler only takes note, the run looks between two steps. */
+#define _DEFAULT_SOURCE
+#include <signal.h>
+#include <string.h>
+
+static volatile sig_atomic_t caught;
+
+static void take_note(int number)
+{
+    if (number == SIGINT && caught == SIGINT) {
+        /* Whoever interrupts twice does not want to wait: die of it now, as a program without a handler would. */
+        signal(SIGINT, SIG_DFL);
+        raise(SIGINT);
+        return;
+    }
+    if (caught == 0 || number == SIGINT)
+        caught = number;
+}
+
+/* From now on SIGTERM, SIGINT and SIGUSR1 are taken note of. System calls that they meet go on. */
+void gb_watch_signals(void)
+{
+    struct sigaction action;
+
+    memset(&action, 0, sizeof action);
+    action.sa_handler = take_note;
+    action.sa_flags = SA_RESTART;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGTERM, &action, NULL);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGUSR1, &action, NULL);
+}
+
+/* 0: none so far; 1: SIGTERM, 2: SIGINT, 3: SIGUSR1. */
+int gb_caught_signal(void)
+{
+    switch (caught) {
+    case SIGTERM:
+        return 1;
+    case SIGINT:
+        return 2;
+    case SIGUSR1:
+        return 3;
+    default:
+        return 0;
+    }
+}

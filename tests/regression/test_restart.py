@@ -1,0 +1,369 @@
+"""A run that is interrupted, again and again, ends with the numbers of one that was not, bit for bit."""
+
+import os
+import shutil
+import signal
+import subprocess
+import time
+
+import h5py
+import pytest
+from conftest import SECONDS, small_deck
+
+# Everything that carries state from one step to the next: damping, a driven support, loads that jump between
+# two multiples of the step, rows every third step only, statics before and between the transients, modes.
+RICH = """\
+GENTBEAM     Interrupted
+UNITS        length=in  force=lbf  time=s
+PARAMETER    q=2.85
+MATERIAL     rubber  gent  mu=5000  c=2500  jm=4  rho=1e-6
+SECTION      square  rectangle  b=1  h=1 {section}
+LINE         from=0  to=10  elements=4
+CLAMP        x=0
+HISTORY      hit  pulse  start=1.37e-3  stop=4.11e-3
+HISTORY      shake  sine  frequency=150
+DISTRIBUTED  from=0  to=10  q3=q  history=hit
+GRAVITY      g3=-386
+{drive}
+DAMPING      mass=20  stiffness=1e-6
+PROBE        tip  u3  x=10
+PROBE        speed  v3  x=7.5
+OUTPUT       every=3  fields=[u v a]
+END
+{solution}
+STOP
+"""
+DRIVEN = "PRESCRIBE    x=5  u3=0.2  history=shake"
+SCHEMES = ["newmark", "hht alpha=-0.1", "generalized", "bathe", "energy", "central"]
+
+
+def rich_deck(solution, drive="", section=""):
+    return RICH.format(solution=solution, drive=drive, section=section)
+
+
+def contents(path):
+    """Every dataset's bytes, type and shape, and the order and attributes of all that is in the file."""
+    found = {}
+
+    def note(name, thing):
+        data = None
+        if isinstance(thing, h5py.Dataset):
+            data = thing[()]
+            data = data if isinstance(data, bytes) else (data.dtype.str, data.shape, data.tobytes())
+        found[name] = (data, repr(sorted(thing.attrs.items())))
+
+    with h5py.File(path, "r") as file:
+        file.visititems(note)
+        for name, thing in file.items():
+            if isinstance(thing, h5py.Group):
+                found["members of " + name] = list(thing)
+    return found
+
+
+def assert_same(first, second):
+    first, second = contents(first), contents(second)
+    assert set(first) == set(second)
+    for name, value in first.items():
+        assert value == second[name], name
+
+
+class Interrupter:
+    """Runs a deck to its end, with a signal after so many lines of the log in each part."""
+
+    def __init__(self, gentbeam, deck, name="part"):
+        self.gentbeam, self.name, self.interruptions = gentbeam, name, 0
+        (gentbeam.folder / "deck.inp").write_text(deck)
+
+    def part(self, after=None, sent=signal.SIGTERM, arguments=()):
+        """One part, from the checkpoint if there is one; interrupted after so many log lines, if given."""
+        folder = self.gentbeam.folder
+        command = [self.gentbeam.executable, "-o", self.name, *arguments, "deck.inp"]
+        if (folder / f"{self.name}.chk.h5").exists():
+            command += ["--restart", f"{self.name}.chk.h5"]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        with subprocess.Popen(command, cwd=folder, text=True, **pipes) as process:
+            lines, solving = 0, False
+            for line in process.stdout:
+                solving = solving or "results: " in line
+                # Numbered lines tell of steps.
+                lines += solving and line.split()[:1] != [] and line.split()[0].isdigit()
+                if after is not None and lines == after:
+                    process.send_signal(sent)
+                    after = None
+            self.err = process.stderr.read()
+            status = process.wait(SECONDS)
+        assert "Backtrace" not in self.err, self.err
+        if status == 4:
+            self.interruptions += 1
+            assert self.err.startswith("gentbeam: stopped by "), self.err
+            assert self.err.rstrip().endswith(f"go on with --restart {self.name}.chk.h5"), self.err
+            with h5py.File(folder / f"{self.name}.h5", "r") as file:
+                assert file.attrs["status"] == "interrupted"
+                assert "gentbeam: " + file.attrs["message"] == self.err.rstrip()
+                for group in file.values():
+                    if isinstance(group, h5py.Group) and "probes" in group:
+                        assert group["time"][-1] == group["probes/time"][-1]
+        else:
+            assert status == 0, self.err
+        return status
+
+
+def check_interruptions(gentbeam, deck, least):
+    """Interrupts after one line of the log, then two, and so on; compares with a run in one go."""
+    gentbeam("-q", "-o", "whole", deck=deck)
+    run = Interrupter(gentbeam, deck)
+    after = 1
+    while run.part(after, [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1][after % 3]) == 4:
+        after += 1
+        assert after < 60
+    assert run.interruptions >= least
+    assert_same(gentbeam.folder / "whole.h5", gentbeam.folder / "part.h5")
+
+
+@pytest.mark.parametrize("drive", ["", DRIVEN], ids=["loads", "driven"])
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_every_scheme(gentbeam, scheme, drive):
+    solution = f"""STATIC steps=30 load=0.3 name=bend
+MODAL count=3
+TRANSIENT {scheme} step=5e-6 end=8e-3 name=first
+TRANSIENT {scheme} step=7e-6 end=3e-3 name=second"""
+    check_interruptions(gentbeam, rich_deck(solution, drive), least=4)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES[:-1])
+def test_adaptive_steps(gentbeam, scheme):
+    solution = f"""TRANSIENT {scheme} accuracy=1e-5 end=8e-3
+STATIC steps=20
+TRANSIENT newmark step=5e-5 end=2e-3"""
+    check_interruptions(gentbeam, rich_deck(solution, DRIVEN), least=3)
+
+
+def test_steps_that_are_cut(gentbeam):
+    """Few iterations allowed: steps are halved, and the halvings carry over from one step to the next."""
+    solution = "STATIC steps=40 load=6 iterations=3\nTRANSIENT newmark step=2e-4 end=4e-2 iterations=3"
+    deck = rich_deck(solution, DRIVEN)
+    check_interruptions(gentbeam, deck, least=3)
+    with gentbeam.results("part") as file:
+        assert file["static/solver/cuts"][:].sum() > 3 and file["transient/solver/cuts"][:].sum() > 3
+
+
+def test_full_inertia_and_linear_rule(gentbeam):
+    solution = "TRANSIENT bathe step=2e-5 end=6e-3"
+    check_interruptions(gentbeam, rich_deck(solution, DRIVEN, "inertia=full rule=linear"), least=2)
+
+
+def test_time_limit(gentbeam):
+    """Parts of a quarter of a second each; how many that takes depends on the machine."""
+    deck = rich_deck("TRANSIENT newmark step=5e-7 end=8e-3\nTRANSIENT bathe step=1e-6 end=8e-3")
+    gentbeam("-q", "-o", "whole", deck=deck)
+    run = Interrupter(gentbeam, deck)
+    while run.part(arguments=["--max-time", "0.25"]) == 4:
+        assert "stopped by --max-time 0.25 after " in run.err
+        assert run.interruptions < 500
+    assert run.interruptions > 0
+    assert_same(gentbeam.folder / "whole.h5", gentbeam.folder / "part.h5")
+
+
+def test_checkpoints_of_the_deck(gentbeam):
+    """CHECKPOINT every= leaves the last one behind; a run goes on from it, though its results went on."""
+    deck = rich_deck(
+        "TRANSIENT newmark step=2e-5 end=1e-3 name=plain\nCHECKPOINT every=40 file=safe.h5\n"
+        "TRANSIENT newmark step=2e-5 end=8e-3 name=guarded\nTRANSIENT newmark step=2e-5 end=1e-3 name=after"
+    )
+    (gentbeam.folder / "deck.inp").write_text(deck)
+    gentbeam("-q", "-o", "whole", "deck.inp")
+    with h5py.File(gentbeam.folder / "safe.h5") as file:
+        assert (file.attrs["command"], file.attrs["step"]) == ("after", 40)
+        assert file.attrs["format"] == "gentbeam checkpoint" and file["deck"][()].decode() == deck
+    shutil.copy(gentbeam.folder / "safe.h5", gentbeam.folder / "kept.h5")
+    reference = contents(gentbeam.folder / "whole.h5")
+    gentbeam("-q", "-o", "whole", "--restart", "kept.h5", "deck.inp")
+    assert contents(gentbeam.folder / "whole.h5") == reference
+    # Under another name the run goes on in a copy.
+    gentbeam("-q", "-o", "other", "--restart", "kept.h5", "deck.inp")
+    assert contents(gentbeam.folder / "other.h5") == reference
+    assert not (gentbeam.folder / "plain.chk.h5").exists() and not list(gentbeam.folder.glob("*.new"))
+
+
+def test_checkpoints_by_the_clock(gentbeam):
+    deck = rich_deck("CHECKPOINT seconds=1e-6\nTRANSIENT newmark step=1e-4 end=1e-3")
+    gentbeam("-v", deck=deck)
+    assert gentbeam.out.count("checkpoint gentbeam.chk.h5") == 10
+
+
+def test_second_interrupt_stops_at_once(gentbeam):
+    """The first one is noted only, and the step goes on; the second ends a run as it would any program."""
+    deck = rich_deck("TRANSIENT newmark step=1e-7 end=1").replace("elements=4", "elements=20000")
+    (gentbeam.folder / "deck.inp").write_text(deck.replace("fields=[u v a]", "fields=none"))
+    command = [gentbeam.executable, "-q", "deck.inp"]
+    results = gentbeam.folder / "deck.h5"
+    for _ in range(20):
+        with subprocess.Popen(command, cwd=gentbeam.folder, stderr=subprocess.PIPE) as process:
+            while not results.exists():
+                assert process.poll() is None
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.005)
+            process.send_signal(signal.SIGINT)
+            process.communicate(timeout=SECONDS)
+        results.unlink()
+        # Between two steps, the first is answered before the second comes.
+        if process.returncode != 4:
+            break
+    assert process.returncode == -signal.SIGINT
+
+
+@pytest.fixture
+def interrupted(gentbeam):
+    """A folder with a deck, its results so far, and a checkpoint."""
+    deck = small_deck("CHECKPOINT every=3\nTRANSIENT newmark step=1e-4 end=1e-3")
+    (gentbeam.folder / "deck.inp").write_text(deck)
+    gentbeam("-q", "deck.inp")
+    return gentbeam
+
+
+def refused(gentbeam, *arguments, status=3):
+    """The message of a restart that is refused and leaves everything as it was."""
+    before = {path.name: path.read_bytes() for path in gentbeam.folder.iterdir() if path.is_file()}
+    gentbeam(*arguments, status=status)
+    after = {path.name: path.read_bytes() for path in gentbeam.folder.iterdir() if path.is_file()}
+    assert before == after
+    return gentbeam.sole_error()
+
+
+def test_another_deck_is_refused(interrupted):
+    folder = interrupted.folder
+    deck = (folder / "deck.inp").read_text()
+    (folder / "deck.inp").write_text(deck.replace("elements=4", "elements=5"))
+    assert refused(interrupted, "--restart", "deck.chk.h5", "deck.inp", status=1) == (
+        "cannot restart from deck.chk.h5: it belongs to another deck; the first line that differs is 6: then "
+        "'LINE         from=0  to=10  elements=4', now 'LINE         from=0  to=10  elements=5'"
+    )
+    (folder / "deck.inp").write_text(deck)
+    assert refused(interrupted, "--restart", "deck.chk.h5", "--set", "q=3", "deck.inp", status=1) == (
+        "cannot restart from deck.chk.h5: the parameters differ: then 'q=2.85', now 'q=3' (--set)"
+    )
+
+
+def test_another_table_is_refused(gentbeam):
+    (gentbeam.folder / "load.txt").write_text("0 0\n1e-3 1\n")
+    model = "HISTORY push table file=load.txt\nPOINT x=10 f3=1 history=push"
+    deck = small_deck("CHECKPOINT every=3\nTRANSIENT newmark step=1e-4 end=1e-3", model)
+    (gentbeam.folder / "deck.inp").write_text(deck)
+    gentbeam("-q", "deck.inp")
+    (gentbeam.folder / "load.txt").write_text("0 0\n1e-3 1.5\n")
+    assert "a table that the deck reads from a file has changed" in refused(
+        gentbeam, "--restart", "deck.chk.h5", "deck.inp", status=1
+    )
+
+
+def test_results_that_do_not_fit_are_refused(interrupted):
+    folder = interrupted.folder
+    arguments = ["--restart", "deck.chk.h5", "deck.inp"]
+    start = "cannot restart from deck.chk.h5 without the results of the steps before it: deck.h5 "
+    (folder / "deck.h5").rename(folder / "away.h5")
+    assert refused(interrupted, *arguments) == start + "is not there"
+    (folder / "deck.h5").write_text("nothing of the kind")
+    assert refused(interrupted, *arguments) == start + "is no HDF5 file, or is damaged"
+    shutil.copy(folder / "deck.chk.h5", folder / "deck.h5")
+    assert refused(interrupted, *arguments) == start + "holds the results of another run"
+    shutil.copy(folder / "away.h5", folder / "deck.h5")
+    interrupted("-q", *arguments)
+
+
+def test_files_that_are_no_checkpoints_are_refused(interrupted):
+    folder = interrupted.folder
+    assert refused(interrupted, "--restart", "no.h5", "deck.inp") == (
+        "cannot read the checkpoint no.h5: No such file or directory"
+    )
+    said = "it is no checkpoint of gentbeam, or it is damaged"
+    assert refused(interrupted, "--restart", "deck.h5", "deck.inp") == f"cannot restart from deck.h5: {said}"
+    (folder / "empty").write_bytes(b"")
+    assert refused(interrupted, "--restart", "empty", "deck.inp") == f"cannot restart from empty: {said}"
+    (folder / "folder").mkdir()
+    assert refused(interrupted, "--restart", "folder", "deck.inp").startswith("cannot re")
+
+
+def test_another_program_is_refused(interrupted):
+    """A checkpoint whose version is another one, resealed as that program would have."""
+    path = interrupted.folder / "deck.chk.h5"
+    with h5py.File(path, "r+") as file:
+        file.attrs["program_version"] = "9.9.9"
+    reseal(path)
+    message = refused(interrupted, "--restart", "deck.chk.h5", "deck.inp")
+    assert "it was written by gentbeam 9.9.9 (" in message and "only the same program goes on" in message
+
+
+def reseal(path):
+    # h5py cuts off what it does not know.
+    data = path.read_bytes().partition(b"gentbeam sealed file")[0]
+    digest = 0xCBF29CE484222325
+    for byte in data:
+        digest = (digest ^ byte) * 0x100000001B3 & 0xFFFFFFFFFFFFFFFF
+    seal = f"gentbeam sealed file, length {len(data)}, FNV-1a {digest:016x}\n"
+    path.write_bytes(data + seal.encode().ljust(512, b"\0"))
+
+
+def test_a_piece_that_is_missing_is_told(interrupted):
+    path = interrupted.folder / "deck.chk.h5"
+    with h5py.File(path, "r+") as file:
+        del file["memory/stepper.f_start"]
+    reseal(path)
+    assert "does not fit this model: 'stepper.f_start' is missing" in refused_late(interrupted)
+
+
+def refused_late(gentbeam):
+    gentbeam("-q", "--restart", "deck.chk.h5", "deck.inp", status=3)
+    return gentbeam.sole_error()
+
+
+@pytest.mark.parametrize("where", ["bits", "ends"])
+def test_damaged_checkpoints_are_refused(interrupted, where):
+    """Every bit counts: one that is wrong, or an end that is missing, and the file is refused."""
+    path = interrupted.folder / "deck.chk.h5"
+    whole = path.read_bytes()
+    results = (interrupted.folder / "deck.h5").read_bytes()
+    places = range(0, len(whole), max(1, len(whole) // 60))
+    for number, place in enumerate(places):
+        data = bytearray(whole[:place] if where == "ends" else whole)
+        if where == "bits":
+            data[place] ^= 1 << number % 8
+        path.write_bytes(data)
+        interrupted("--restart", "deck.chk.h5", "deck.inp", status=3)
+        assert "it is no checkpoint of gentbeam, or it is damaged" in interrupted.sole_error()
+        assert (interrupted.folder / "deck.h5").read_bytes() == results
+    path.write_bytes(whole)
+    interrupted("-q", "--restart", "deck.chk.h5", "deck.inp")
+
+
+def test_checkpoint_in_place_of_the_results(gentbeam):
+    deck = small_deck("CHECKPOINT every=1 file=./out.h5\nTRANSIENT newmark step=1e-4 end=1e-3")
+    (gentbeam.folder / "out.h5").write_bytes(b"old")
+    gentbeam("-o", "out", deck=deck, status=1)
+    assert "give checkpoints another name" in gentbeam.sole_error()
+    assert (gentbeam.folder / "out.h5").read_bytes() == b"old"
+
+
+def test_checkpoint_that_cannot_be_written(gentbeam):
+    """On the way it is warned of; at the end of an interrupted run it is an error, for nothing is saved."""
+    deck = small_deck("CHECKPOINT every=2 file=no/such/place.h5\nTRANSIENT newmark step=1e-4 end=1e-3")
+    gentbeam("-o", "out", deck=deck)
+    trouble = "cannot write the checkpoint no/such/place.h5: No such file or directory"
+    assert gentbeam.out.count(f"warning: {trouble}; the run goes on") == 5
+    endless = deck.replace("every=2", "every=100000").replace("end=1e-3", "end=1")
+    (gentbeam.folder / "deck.inp").write_text(endless)
+    command = [gentbeam.executable, "deck.inp"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, cwd=gentbeam.folder, **pipes) as process:
+        while b"step  " not in process.stdout.readline():
+            pass
+        process.send_signal(signal.SIGTERM)
+        err = process.communicate(timeout=SECONDS)[1].decode()
+    assert process.returncode == 3
+    assert "stopped by SIGTERM after step " in err and trouble in err
+
+
+@pytest.mark.parametrize("value", ["", "0", "-1", "soon", "1e10", "1 2"])
+def test_wrong_time_limits(gentbeam, value):
+    gentbeam("--max-time", value, deck=small_deck(), status=1)
+    assert gentbeam.sole_error() == f"option --max-time needs a number of seconds above 0, not '{value}'"
+    assert os.listdir(gentbeam.folder) == []
