@@ -100,6 +100,12 @@ contains
                 result%message = c_text(diagnostics%render(source%name, source%text))
                 return
             end if
+            if (problem%sweep%members() > 0) then
+                result%status = status_input
+                result%message &
+                    = c_text('the library runs one beam at a time: give parameters in place of SWEEP')
+                return
+            end if
             call use_one_blas_thread()
             system = build_system(problem%model)
             external = build_external(problem%model)
@@ -109,7 +115,8 @@ contains
             has_velocities = .true.
             do i = 1, size(problem%tasks)
                 if (allocated(error)) exit
-                call run_task(problem, i, system, external, .false., memory, has_velocities, state, result%kept, &
+                call run_task(problem, i, system, external, .false., memory, has_velocities, state, &
+                    result%kept, &
                     error)
             end do
         end if

@@ -1,6 +1,7 @@
 !> A run from the command line to the exit status: read, check, solve, say how it ended.
 module gb_run
     use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+    use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_ok, status_input, status_file, status_interrupted
     use gb_memory, only: memory_t
     use gb_checkpoint, only: checkpoint_t
@@ -118,10 +119,31 @@ contains
             if (.not. allocated(error)) call solve_problem(problem, options, error)
             return
         end if
-        call choose_threads(options, threads, error)
+        call check_study(problem, options, error)
+        if (.not. allocated(error)) call choose_threads(options, threads, error)
         if (.not. allocated(error)) call check_memory(problem, error)
         if (.not. allocated(error)) call run_sweep(problem, recipe, share, threads, options%log_level, error)
     end subroutine run_deck
+
+    !> What a study of many members does not have.
+    subroutine check_study(problem, options, error)
+        type(problem_t), intent(in) :: problem
+        type(options_t), intent(in) :: options
+        type(error_t), allocatable, intent(out) :: error
+
+        if (len(options%restart) > 0) then
+            call raise(error, status_input, &
+                'a deck with SWEEP has no checkpoints: run it again with --shard, and ' &
+                       // 'members that its file has are not run again')
+        else if (options%max_seconds > 0.0_wp) then
+            call raise(error, status_input, &
+                '--max-time is for decks without SWEEP: a signal (SIGUSR1) stops a study')
+        else if (problem%output%strain .or. problem%output%stress) then
+            call raise(error, status_input, &
+                'OUTPUT fields= strain and stress are not kept for members of a SWEEP: ' &
+                       // 'run the members that matter one by one with --set')
+        end if
+    end subroutine check_study
 
     !> A model that is too large for the machine is told before it takes all there is.
     subroutine check_memory(problem, error)
@@ -233,6 +255,5 @@ contains
                 'the log could not be written to standard output (the results file is complete)')
         end if
     end subroutine finish
-
 
 end module gb_run

@@ -326,7 +326,8 @@ contains
         call monitor%log%line(trim(merge('stopped after', 'done in      ', status == 'interrupted')) // ' ' &
             // to_text(seconds, 3) // ' s (' // to_text(cpu_end - cpu_start, 3) // ' s CPU): ' // counts)
         if (status == 'interrupted') then
-            call raise(error, status_interrupted, 'stopped by a signal with ' // counts // '; the results file ' &
+            call raise(error, status_interrupted, 'stopped by a signal with ' // counts &
+                // '; the results file ' &
                 // 'has what is finished')
         else if (status == 'failed') then
             if (.not. allocated(monitor%first_failure)) monitor%first_failure = 'see /sweep/message'

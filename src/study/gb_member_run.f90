@@ -46,8 +46,8 @@ contains
             has_velocities = .true.
             do i = 1, size(problem%tasks)
                 if (allocated(error)) exit
-                call run_task(problem, i, system, external, .false., memory, has_velocities, state, recorder, &
-                    error)
+                call run_task(problem, i, system, external, .false., memory, has_velocities, state, &
+                    recorder, error)
             end do
         end associate
         member%message = ''
