@@ -64,7 +64,7 @@ contains
         has_block = .false.
         if (problem%tasks(number)%kind == task_modal .or. is_general(problem, number)) return
         if (problem%tasks(number)%solver == solver_lapack) return
-        has_block = len(block_obstacle(problem%model)) == 0
+        has_block = block_obstacle(problem%model) == ''
     end function has_block
 
     !> Whether a command's tangent is not symmetric.
