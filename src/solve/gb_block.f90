@@ -68,8 +68,9 @@ contains
         type(stage_t), intent(in) :: stage
         real(wp), intent(in), contiguous :: u(:)
         logical, intent(out) :: admissible
+        real(wp) :: no_residual(0)
 
-        call linearise(self, stage, u, admissible)
+        call linearise(self, stage, u, no_residual, admissible)
     end subroutine evaluate
 
     subroutine residual(self, system, stage, u, r)
@@ -80,43 +81,43 @@ contains
         real(wp), intent(out), contiguous :: r(:)
         logical :: admissible
 
-        call linearise(self, stage, u, admissible, r)
+        call linearise(self, stage, u, r, admissible)
         where (system%fixed) r = 0.0_wp
     end subroutine residual
 
     !> The increment that is solved for is that of the point where the internal force is evaluated,
     !> force_factor times that of the unknowns: then the tangent of the internal force needs no scaling.
-    subroutine linearise(self, stage, u, admissible, r)
+    subroutine linearise(self, stage, u, r, admissible)
         class(block_t), intent(inout) :: self
         type(stage_t), intent(in) :: stage
         real(wp), intent(in), contiguous :: u(:)
+        real(wp), intent(out), contiguous :: r(:)  !! residual, unknown by unknown, where there is room for it
         logical, intent(out) :: admissible
-        real(wp), intent(out), optional, contiguous :: r(:)     !! residual, unknown by unknown
 
         self%force_factor = stage%force_factor
         associate (factor => stage%force_factor)
             if (factor < 1.0_wp) then
                 call condense_and_eliminate(self, stage, stage%u_start + factor*(u - stage%u_start), u, &
-                    admissible, r)
+                    r, admissible)
             else
-                call condense_and_eliminate(self, stage, u, u, admissible, r)
+                call condense_and_eliminate(self, stage, u, u, r, admissible)
             end if
         end associate
     end subroutine linearise
 
     !> From the ends of the beam to its middle, pass by pass.
-    subroutine condense_and_eliminate(self, stage, u_e, u, admissible, r)
+    subroutine condense_and_eliminate(self, stage, u_e, u, r, admissible)
         class(block_t), intent(inout) :: self
         type(stage_t), intent(in) :: stage
         real(wp), intent(in), contiguous :: u_e(:)  !! where the internal force is evaluated
         real(wp), intent(in), contiguous :: u(:)
+        real(wp), intent(out), contiguous :: r(:)
         logical, intent(out) :: admissible
-        real(wp), intent(out), optional, contiguous :: r(:)
         real(wp) :: part(lanes, n_condensed, pass_slots), room(lanes), pivot(lanes)
         real(wp) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
         integer :: pass, s, first
 
-        if (present(r)) r = -stage%f_external
+        if (size(r) > 0) r = -stage%f_external
         room = 1.0_wp
         pivot = 1.0_wp
         pivots = 1.0_wp
@@ -130,7 +131,7 @@ contains
             first = self%slots%pass_slot(pass)
             do s = first + 1, self%slots%pass_slot(pass + 1)
                 call condense_slot(self, s, stage, u_e, u, part(:, :, s - first), room, pivot)
-                if (present(r)) call gather_residual(self, s, part(:, :, s - first), r)
+                if (size(r) > 0) call gather_residual(self, s, part(:, :, s - first), r)
             end do
             admissible = all(room > 0.0_wp)
             if (.not. admissible) return
