@@ -153,8 +153,7 @@ contains
                 call raise(error, status_input, 'option --set needs name=value, not ''' // value // '''')
                 return
             end if
-            options%overrides = [options%overrides, override_t(trim(adjustl(value(:mark - 1))), value(mark &
-                + 1:))]
+            call add_override(options, trim(adjustl(value(:mark - 1))), value(mark + 1:))
         case ('--restart')
             options%restart = value
             if (len_trim(value) == 0) call raise(error, status_input, &
@@ -201,6 +200,21 @@ contains
             value &
             // '''')
     end subroutine take_shard
+
+    !> One --set more. (An array constructor of a type with allocatable texts leaks them: gfortran.)
+    subroutine add_override(options, name, value)
+        type(options_t), intent(inout) :: options
+        character(*), intent(in) :: name, value
+        type(override_t), allocatable :: grown(:)
+        integer :: n
+
+        n = size(options%overrides)
+        allocate (grown(n + 1))
+        grown(:n) = options%overrides
+        grown(n + 1)%name = name
+        grown(n + 1)%text = value
+        call move_alloc(grown, options%overrides)
+    end subroutine add_override
 
     !> Results go to NAME.h5; who writes the ending means the same.
     pure function without_ending(value) result(name)
