@@ -1,5 +1,5 @@
-!> Cost of an element and Newton iteration where members of a sweep go side by side, one a lane: bench_ensemble
-!> ELEMENTS STEPS REPEATS. The members are example 1 with loads that differ a little. Prints the least of the
+!> Cost of an element and Newton iteration where members of a sweep go side by side, one a lane:
+!> bench_ensemble ELEMENTS STEPS REPEATS. The members are example 1 with loads that differ a little. Prints the least of the
 !> repeats.
 program bench_ensemble
     use gb_kinds, only: wp
@@ -49,6 +49,7 @@ program bench_ensemble
         end do
         counters = counter_t()
         time = seconds()
+        is_done = .true.
         call run_ensemble(systems, externals, task, states, counters, is_done)
         least = min(least, seconds() - time)
     end do

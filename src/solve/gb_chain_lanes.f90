@@ -78,8 +78,8 @@ contains
     end subroutine take_member
 
     !> Residual and factorised tangent of a stage in motion at u. Where room is not positive, u is not
-    !> admissible; where pivot is not, the tangent is not definite. As in gb_block the increment that is solved
-    !> for is that of the point where the internal force is evaluated.
+    !> admissible; where pivot is not, the tangent is not definite. As in gb_block the increment that is
+    !> solved for is that of the point where the internal force is evaluated.
     subroutine linearise(self, stage, u, room, pivot)
         class(chain_t), intent(inout) :: self
         type(stage_t), intent(in) :: stage

@@ -88,16 +88,16 @@ contains
         differ = any(abs(a - b) > 0.0_wp)
     end function differ
 
-    !> Run a TRANSIENT of at most `lanes` members that fit and are alike; every step is told to each member's
-    !> recorder. Where is_done is false afterwards, the member has been given up and its state and what its
-    !> recorder was told are worthless.
-    subroutine run_ensemble(systems, externals, task, states, recorders, is_done)
+    !> Run a TRANSIENT of at most `lanes` members that fit and are alike, those that are running; every step
+    !> is told to each member's recorder. A member that is not running any more afterwards has been given up: its
+    !> state and what its recorder was told are worthless.
+    subroutine run_ensemble(systems, externals, task, states, recorders, is_running)
         type(system_t), intent(in) :: systems(:)
         type(external_t), intent(in) :: externals(:)
         type(task_t), intent(in) :: task
         type(state_t), intent(inout) :: states(:)
         class(recorder_t), intent(inout) :: recorders(:)
-        logical, intent(out) :: is_done(:)
+        logical, intent(inout) :: is_running(:)
         type(ensemble_t) :: ensemble
         type(step_record_t) :: step
         real(wp), allocatable :: events(:)
@@ -105,7 +105,7 @@ contains
         integer :: grid, member
         logical :: at_event
 
-        call set_up(ensemble, systems, task, states)
+        call set_up(ensemble, systems, task, states, is_running)
         call restart(ensemble, systems, externals)
         call ensemble%newton%chain%strain_energy(ensemble%state%u, ensemble%strain, ensemble%kinetic)
         call report(ensemble, task, 0.0_wp, step, recorders)
@@ -120,19 +120,21 @@ contains
             call report(ensemble, task, target - from, step, recorders)
         end do
         do member = 1, size(systems)
+            if (.not. ensemble%is_running(member)) cycle
             states(member)%time = ensemble%state%time
             states(member)%u = ensemble%state%u(member::lanes)
             states(member)%v = ensemble%state%v(member::lanes)
             states(member)%a = ensemble%state%a(member::lanes)
         end do
-        is_done = ensemble%is_running(:size(systems))
+        is_running = ensemble%is_running(:size(systems))
     end subroutine run_ensemble
 
-    subroutine set_up(self, systems, task, states)
+    subroutine set_up(self, systems, task, states, is_running)
         class(ensemble_t), intent(inout) :: self
         type(system_t), intent(in) :: systems(:)
         type(task_t), intent(in) :: task
         type(state_t), intent(in) :: states(:)
+        logical, intent(in) :: is_running(:)
         integer :: member
 
         self%members = size(systems)
@@ -152,7 +154,8 @@ contains
         self%f_start = 0.0_wp
         self%f_end = 0.0_wp
         do member = 1, self%members
-            self%is_running(member) = .true.
+            self%is_running(member) = is_running(member)
+            if (.not. is_running(member)) cycle
             self%state%u(member::lanes) = states(member)%u
             self%state%v(member::lanes) = states(member)%v
         end do

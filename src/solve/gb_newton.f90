@@ -212,7 +212,8 @@ contains
                 curvature = max(curvature, increments(iteration)/last**2)
                 self%curvature = max(curvature, 0.5_wp*remembered)
             end if
-            if (is_last(self%tolerance, self%curvature, increments(iteration), can_estimate .and. last > 0.0_wp)) then
+            if (is_last(self%tolerance, self%curvature, increments(iteration), &
+                can_estimate .and. last > 0.0_wp)) then
                 u = u + self%increment
                 report%outcome = newton_converged
                 exit
