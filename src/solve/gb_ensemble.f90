@@ -89,8 +89,8 @@ contains
     end function differ
 
     !> Run a TRANSIENT of at most `lanes` members that fit and are alike, those that are running; every step
-    !> is told to each member's recorder. A member that is not running any more afterwards has been given up: its
-    !> state and what its recorder was told are worthless.
+    !> is told to each member's recorder. A member that is not running any more afterwards has been given up:
+    !> its state and what its recorder was told are worthless.
     subroutine run_ensemble(systems, externals, task, states, recorders, is_running)
         type(system_t), intent(in) :: systems(:)
         type(external_t), intent(in) :: externals(:)

@@ -65,7 +65,7 @@ def same_file(one, other):
 
 
 def far_apart(one, other, path="", agreement=1e-9):
-    """Motions, probes and frequencies of two commands that differ by more than a part of the largest value."""
+    """Motions, probes and frequencies of two commands that differ by more than a part of the largest."""
     found = []
     for name in one:
         here, there, place = one[name], other[name], f"{path}/{name}"
