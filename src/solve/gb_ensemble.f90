@@ -35,6 +35,8 @@ module gb_ensemble
         type(state_t) :: trial                          !! proposed
         type(state_t) :: unused                         !! no scheme here has two stages
         real(wp), allocatable :: f_start(:), f_end(:)   !! as stepper_t's (lanes n)
+        real(wp), allocatable :: loads(:)               !! the forces computed last, and their factors
+        real(wp), allocatable :: factors(:, :)          !! (patterns, lanes)
         logical, allocatable :: is_massless(:)          !! unknowns of a beam without inertia, if any (n)
         logical :: is_running(lanes) = .false.          !! the other lanes lie at rest without load
         real(wp) :: external(lanes) = 0.0_wp            !! work of the loads so far [F L]
@@ -105,7 +107,7 @@ contains
         integer :: grid, member
         logical :: at_event
 
-        call set_up(ensemble, systems, task, states, is_running)
+        call set_up(ensemble, systems, externals, task, states, is_running)
         call restart(ensemble, systems, externals)
         call ensemble%newton%chain%strain_energy(ensemble%state%u, ensemble%strain, ensemble%kinetic)
         call report(ensemble, task, 0.0_wp, step, recorders)
@@ -129,13 +131,14 @@ contains
         is_running = ensemble%is_running(:size(systems))
     end subroutine run_ensemble
 
-    subroutine set_up(self, systems, task, states, is_running)
+    subroutine set_up(self, systems, externals, task, states, is_running)
         class(ensemble_t), intent(inout) :: self
         type(system_t), intent(in) :: systems(:)
+        type(external_t), intent(in) :: externals(:)
         type(task_t), intent(in) :: task
         type(state_t), intent(in) :: states(:)
         logical, intent(in) :: is_running(:)
-        integer :: member
+        integer :: member, patterns
 
         self%members = size(systems)
         self%n = systems(1)%n
@@ -145,7 +148,7 @@ contains
         if (systems(1)%has_massless) self%is_massless = systems(1)%massless
         associate (all_unknowns => lanes*self%n)
             allocate (self%f_start(all_unknowns), self%f_end(all_unknowns))
-            allocate (self%stage%f_external(all_unknowns))
+            allocate (self%stage%f_external(all_unknowns), self%loads(all_unknowns))
             allocate (self%state%u(all_unknowns), self%state%v(all_unknowns), self%state%a(all_unknowns))
         end associate
         self%state%u = 0.0_wp
@@ -153,6 +156,13 @@ contains
         self%state%a = 0.0_wp
         self%f_start = 0.0_wp
         self%f_end = 0.0_wp
+        self%loads = 0.0_wp
+        patterns = 0
+        do member = 1, self%members
+            patterns = max(patterns, size(externals(member)%patterns))
+        end do
+        allocate (self%factors(patterns, lanes))
+        self%factors = 0.0_wp
         do member = 1, self%members
             self%is_running(member) = is_running(member)
             if (.not. is_running(member)) cycle
@@ -176,30 +186,35 @@ contains
         self%trial%a(lane::lanes) = 0.0_wp
         self%f_start(lane::lanes) = 0.0_wp
         self%f_end(lane::lanes) = 0.0_wp
+        self%loads(lane::lanes) = 0.0_wp
     end subroutine give_up
 
-    !> External forces of all members.
-    subroutine gather_forces(self, externals, t, before, forces)
+    !> External forces of all members; nothing is computed for loads that stay as they are.
+    subroutine gather_loads(self, externals, t, before)
         class(ensemble_t), intent(inout) :: self
         type(external_t), intent(in) :: externals(:)
         real(wp), intent(in) :: t               !! [T]
         logical, intent(in) :: before           !! values just before a jump
-        real(wp), intent(inout) :: forces(:)    !! (lanes n)
         type(error_t), allocatable :: error
-        real(wp) :: force(self%n)
+        real(wp) :: force(self%n), factors(size(self%factors, 1))
         integer :: member
 
         do member = 1, self%members
             if (.not. self%is_running(member)) cycle
-            call externals(member)%force_at(t, before, force, error)
+            call externals(member)%factors_at(t, before, factors, error)
+            if (.not. allocated(error)) then
+                if (.not. differ(factors, self%factors(:, member))) cycle
+                call externals(member)%force_at(t, before, force, error)
+            end if
             if (allocated(error)) then
                 call give_up(self, member)
                 deallocate (error)
-                force = 0.0_wp
+            else
+                self%loads(member::lanes) = force
+                self%factors(:, member) = factors
             end if
-            forces(member::lanes) = force
         end do
-    end subroutine gather_forces
+    end subroutine gather_loads
 
     !> At time 0: loads have their values from then on, and accelerations follow.
     subroutine restart(self, systems, externals)
@@ -208,7 +223,8 @@ contains
         type(external_t), intent(in) :: externals(:)
         integer :: member
 
-        call gather_forces(self, externals, self%state%time, .false., self%f_start)
+        call gather_loads(self, externals, self%state%time, .false.)
+        self%f_start = self%loads
         do member = 1, self%members
             if (self%is_running(member)) call balance(self, systems(member), member)
         end do
@@ -221,7 +237,8 @@ contains
         type(external_t), intent(in) :: externals(:)
         integer :: member
 
-        call gather_forces(self, externals, self%state%time, .false., self%f_start)
+        call gather_loads(self, externals, self%state%time, .false.)
+        self%f_start = self%loads
         do member = 1, self%members
             if (.not. self%is_running(member)) cycle
             if (differ(self%f_start(member::lanes), self%f_end(member::lanes))) then
@@ -261,7 +278,8 @@ contains
 
         dt = until - self%state%time
         call self%scheme%load_mix(1, fraction, weight)
-        call gather_forces(self, externals, until, .true., self%f_end)
+        call gather_loads(self, externals, until, .true.)
+        self%f_end = self%loads
         call self%scheme%set_stage(1, dt, self%state, self%unused, self%stage)
         self%stage%f_external = weight*self%f_end + (1.0_wp - weight)*self%f_start
         self%trial%u = self%state%u + dt*self%state%v
