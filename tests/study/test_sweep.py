@@ -76,6 +76,25 @@ def test_a_member_is_what_a_run_of_it_alone_gives(gentbeam, solver):
             assert (all_["sweep/summary/modal_frequency"][number - 1] == one["modal/frequency"][:]).all()
 
 
+def test_members_that_need_cuts_go_by_themselves(gentbeam):
+    """Lanes take whole steps only. What they give up is, bit for bit, what a run of it alone gives."""
+    output, limits = "OUTPUT fields=[u v a]", (0.02, 0.05, 0.5, 1)
+    sweep = "SWEEP jm=[%s]" % " ".join(map(str, limits))
+    gentbeam("--threads", 2, deck=study(sweep, SHORT, output).replace("2.85", "20"))
+    alone = study("", SHORT, output).replace("2.85", "20")
+    cuts = []
+    for number, limit in enumerate(limits, 1):
+        gentbeam("-o", "alone", "--set", f"jm={limit}", deck=alone)
+        with gentbeam.results() as all_, gentbeam.results("alone") as one:
+            member = all_[f"sweep/members/{number:06d}/transient"]
+            cuts.append(int(one["transient/solver/cuts"][:].sum()))
+            if cuts[-1]:
+                assert not differences(member, one["transient"])
+            else:
+                assert not far_apart(member, one["transient"])
+    assert all(cuts[:2]) and not any(cuts[2:])
+
+
 def test_summary_of_statics_and_units(gentbeam):
     gentbeam(deck=study(solution="STATIC steps=4"))
     with gentbeam.results() as file:
