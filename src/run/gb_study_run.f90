@@ -2,6 +2,7 @@
 !> they tell to the results file and counts them in the log.
 module gb_study_run
     use gb_kinds, only: wp, i8
+    use gb_lanes, only: lanes
     use gb_deck, only: recipe_t, read_member, diagnostics_t
     use gb_error, only: error_t, raise, status_solution, status_file, status_interrupted
     use gb_log, only: log_t
@@ -169,7 +170,11 @@ contains
 
         bytes = record_bytes(problem)
         fitting = min(1.0e6_wp, memory/bytes)
-        members_a_batch = max(1, min(largest_batch, members/(4*threads), int(fitting/(2*threads))))
+        members_a_batch = min(max(largest_batch, lanes), members/(4*threads), int(fitting/(2*threads)))
+        ! Whole lanes, where there are enough members.
+        if (members_a_batch < lanes) members_a_batch = min(lanes, members/threads, int(fitting/(2*threads)))
+        if (members_a_batch > lanes) members_a_batch = members_a_batch - modulo(members_a_batch, lanes)
+        members_a_batch = max(1, members_a_batch)
         batches_ahead = max(2*threads, min(64*threads, int(fitting/members_a_batch)))
     end subroutine choose_batches
 

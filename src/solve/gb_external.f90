@@ -29,6 +29,7 @@ module gb_external
     contains
         procedure :: static_forces
         procedure :: force_at
+        procedure :: factors_at
         procedure :: events
     end type external_t
 
@@ -181,6 +182,23 @@ contains
             force = force + factor*self%patterns(i)%force
         end do
     end subroutine force_at
+
+    !> The factors that force_at multiplies each pattern with; 0 for loads of statics.
+    pure subroutine factors_at(self, t, before, factors, error)
+        class(external_t), intent(in) :: self
+        real(wp), intent(in) :: t               !! [T]
+        logical, intent(in) :: before
+        real(wp), intent(out) :: factors(:)     !! one a pattern [-]
+        type(error_t), allocatable, intent(out) :: error
+        integer :: i
+
+        factors = 0.0_wp
+        do i = 1, size(self%patterns)
+            if (self%patterns(i)%stage == stage_static) cycle
+            call self%histories(self%patterns(i)%history)%factor_at(t, before, factors(i), error)
+            if (allocated(error)) return
+        end do
+    end subroutine factors_at
 
     !> Instants in ]0, end[ at which a load or driven support jumps or has a corner, increasing, each once
     !> [T].

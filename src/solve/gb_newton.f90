@@ -58,11 +58,11 @@ module gb_newton
     end type newton_t
 
     !> Fields smaller than this part of their natural size (beam length, 1, 1/h) count as that large.
-    real(wp), parameter :: smallest_part = 1.0e-3_wp
+    real(wp), parameter, public :: smallest_part = 1.0e-3_wp
     !> Increments beyond this multiple of the fields' natural size are no approximation to anything.
-    real(wp), parameter :: largest_part = 1.0e6_wp
+    real(wp), parameter, public :: largest_part = 1.0e6_wp
     !> Increments above this part of the fields may change what their largest value is.
-    real(wp), parameter :: coarse_part = 1.0e-2_wp
+    real(wp), parameter, public :: coarse_part = 1.0e-2_wp
     !> An increment that is not smaller than this part of the last one does not converge quadratically.
     real(wp), parameter :: slow_part = 0.1_wp
     !> An estimated increment must be below this part of the tolerance.
@@ -70,7 +70,9 @@ module gb_newton
     !> Where rounding is looked for: increments below this part of the fields, or after so many iterations.
     real(wp), parameter :: small_part = 1.0e-4_wp
     integer, parameter :: late = 6
-    integer, parameter :: max_halvings = 40
+    integer, parameter, public :: max_halvings = 40
+
+    public :: may_be_rounding, is_last
 
 contains
 
@@ -199,7 +201,7 @@ contains
             call find_increment(self, tangent, system, increments(iteration), report)
             if (report%outcome /= newton_slow) exit
             report%iterations = iteration
-            if (may_be_rounding(self, iteration, increments(iteration), last)) then
+            if (may_be_rounding(self%tolerance, iteration, increments(iteration), last)) then
                 if (is_round_off(tangent, system, stage, u)) then
                     report%outcome = newton_converged
                     report%iterations = iteration - 1
@@ -210,7 +212,8 @@ contains
                 curvature = max(curvature, increments(iteration)/last**2)
                 self%curvature = max(curvature, 0.5_wp*remembered)
             end if
-            if (is_last(self, increments(iteration), can_estimate .and. last > 0.0_wp)) then
+            if (is_last(self%tolerance, self%curvature, increments(iteration), &
+                can_estimate .and. last > 0.0_wp)) then
                 u = u + self%increment
                 report%outcome = newton_converged
                 exit
@@ -247,13 +250,13 @@ contains
 
     !> Whether an increment may be made of rounding alone, and is to be left out then: it starts below the
     !> tolerance, or it is small, or late, and no longer shrinks.
-    pure logical function may_be_rounding(self, iteration, increment, last)
-        class(newton_t), intent(in) :: self
+    pure logical function may_be_rounding(tolerance, iteration, increment, last)
+        real(wp), intent(in) :: tolerance
         integer, intent(in) :: iteration
         real(wp), intent(in) :: increment, last
 
         if (iteration == 1) then
-            may_be_rounding = increment <= self%tolerance
+            may_be_rounding = increment <= tolerance
         else
             may_be_rounding = increment > slow_part*last .and. (increment < small_part .or. iteration > late)
         end if
@@ -261,14 +264,14 @@ contains
 
     !> Whether an increment or (estimating) the one that quadratic convergence would bring next is below the
     !> tolerance.
-    pure logical function is_last(self, increment, estimating)
-        class(newton_t), intent(in) :: self
+    pure logical function is_last(tolerance, curvature, increment, estimating)
+        real(wp), intent(in) :: tolerance, curvature
         real(wp), intent(in) :: increment
         logical, intent(in) :: estimating
 
-        is_last = increment <= self%tolerance
-        if (estimating .and. self%curvature > 0.0_wp) then
-            is_last = is_last .or. self%curvature*increment**2 <= margin*self%tolerance
+        is_last = increment <= tolerance
+        if (estimating .and. curvature > 0.0_wp) then
+            is_last = is_last .or. curvature*increment**2 <= margin*tolerance
         end if
     end function is_last
 

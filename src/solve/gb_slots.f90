@@ -35,23 +35,20 @@ module gb_slots
         procedure :: gather
     end type slots_t
 
-    public :: element_constants
+    public :: element_constants, has_square_power
 
 contains
 
     subroutine set_up(self, system)
         class(slots_t), intent(inout) :: self
         type(system_t), intent(in) :: system
-        integer :: points, e
+        integer :: points
 
         self%n_elements = system%n_elements
         points = system%sections(system%kind(1))%nz
         self%pairs = points/2
         self%has_middle = modulo(points, 2) == 1
-        self%is_square = .true.
-        do e = 1, self%n_elements
-            if (abs(system%sections(system%kind(e))%p(3) + 2.0_wp) > 0.0_wp) self%is_square = .false.
-        end do
+        self%is_square = has_square_power(system)
         call plan_passes(self)
         call build_constants(self, system)
     end subroutine set_up
@@ -139,6 +136,17 @@ contains
                                                 system%mass%density(:, system%kind(e)))
         end do
     end subroutine slot_constants
+
+    !> Whether beta is -2 in every element: J^-beta is J^2 then.
+    pure logical function has_square_power(system)
+        type(system_t), intent(in) :: system
+        integer :: e
+
+        has_square_power = .true.
+        do e = 1, system%n_elements
+            if (abs(system%sections(system%kind(e))%p(3) + 2.0_wp) > 0.0_wp) has_square_power = .false.
+        end do
+    end function has_square_power
 
     !> What the lane kernels need to know of an element.
     pure function element_constants(section, length, density) result(con)

@@ -18,7 +18,7 @@ module gb_transient
     implicit none
     private
 
-    public :: run_transient
+    public :: run_transient, next_instant
 
     !> Two instants closer than this part of themselves are one.
     real(wp), parameter :: same_instant = 1.0e-9_wp

@@ -5,6 +5,7 @@ module gb_member_run
     use gb_initial, only: initial_state
     use gb_member, only: member_t, command_record_t, member_waiting, member_complete, member_failed
     use gb_member_recorder, only: member_recorder_t
+    use gb_shared_run, only: shared_run_t
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
     use gb_memory, only: memory_t
@@ -17,15 +18,48 @@ module gb_member_run
 contains
 
     !> Run a batch of members. Those without a problem have failed before and stay as they are; those that a
-    !> signal stops are left waiting. No member depends on which others are in its batch.
+    !> signal stops are left waiting. No member depends on which others are in its batch, nor does the way
+    !> that it is run: where the lanes can do a command of a member, it goes there, alone if need be.
     subroutine run_members(members)
         type(member_t), intent(inout) :: members(:)
-        integer :: i
+        type(shared_run_t) :: run
+        logical :: waits(size(members))
+        integer :: i, j
 
         do i = 1, size(members)
-            if (allocated(members(i)%problem)) call run_one(members(i))
+            waits(i) = allocated(members(i)%problem)
+        end do
+        do i = 1, size(members)
+            if (.not. waits(i)) cycle
+            call run%begin(members(i)%problem, i)
+            waits(i) = .false.
+            do j = i + 1, size(members)
+                if (run%is_full()) exit
+                if (waits(j)) waits(j) = .not. run%takes(members(i)%problem, members(j)%problem, j)
+            end do
+            call finish_run(run, members)
         end do
     end subroutine run_members
+
+    !> Run the members that were put together, and those that the lanes cannot do one by one.
+    subroutine finish_run(run, members)
+        type(shared_run_t), intent(inout) :: run
+        type(member_t), intent(inout) :: members(:)
+        integer :: k
+
+        call run%solve(members)
+        do k = 1, run%count
+            associate (member => members(run%numbers(k)))
+                if (run%is_running(k)) then
+                    member%message = ''
+                    member%outcome = member_complete
+                    call take_records(member, run%recorders(k))
+                else
+                    call run_one(member)
+                end if
+            end associate
+        end do
+    end subroutine finish_run
 
     subroutine run_one(member)
         type(member_t), intent(inout) :: member

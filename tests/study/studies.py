@@ -62,3 +62,18 @@ def same_file(one, other):
     with h5py.File(one) as here, h5py.File(other) as there:
         assert attributes(here, timed) == attributes(there, timed)
         assert not differences(here, there)
+
+
+def far_apart(one, other, path="", agreement=1e-9):
+    """Motions, probes and frequencies of two commands that differ by more than a part of the largest."""
+    found = []
+    for name in one:
+        here, there, place = one[name], other[name], f"{path}/{name}"
+        if isinstance(here, h5py.Group):
+            if name == "probes":
+                found += far_apart(here, there, place, agreement)
+        elif "/probes/" in place or name in ("u", "frequency"):
+            size = abs(there[:]).max()
+            if here.shape != there.shape or abs(here[:] - there[:]).max() > agreement * size:
+                found.append(place)
+    return found

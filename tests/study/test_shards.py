@@ -106,7 +106,7 @@ def ended(request, executable, tmp_path_factory):
         with runner.results("whole") as file:
             return file.attrs["cpu_seconds"]
 
-    run(int(200 * 2 * SECONDS_A_SHARD / run(200)))
+    run(int(4000 * 2 * SECONDS_A_SHARD / run(4000)))
     runner("-q", "--threads", 2, "--shard", "2/2", "study.inp")
     return runner
 
