@@ -9,6 +9,7 @@ module gb_shared_run
     use gb_lanes, only: lanes
     use gb_member, only: member_t
     use gb_member_recorder, only: member_recorder_t
+    use gb_memory, only: memory_t
     use gb_problem, only: problem_t
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
@@ -162,6 +163,7 @@ contains
         class(shared_run_t), intent(inout) :: self
         type(member_t), intent(in) :: members(:)
         integer, intent(in) :: number                   !! of the command
+        type(memory_t) :: memory
         type(error_t), allocatable :: error
         logical :: has_velocities
         integer :: k
@@ -171,7 +173,7 @@ contains
             if (.not. self%is_running(k)) cycle
             has_velocities = self%has_velocities
             call run_task(members(self%numbers(k))%problem, number, self%systems(k), self%externals(k), &
-                has_velocities, self%states(k), self%recorders(k), error)
+                .false., memory, has_velocities, self%states(k), self%recorders(k), error)
             call check(self, k, error)
         end do
         self%has_velocities = has_velocities
