@@ -93,7 +93,7 @@ def percent(value):
 
 
 def short_table(charts):
-    heads = ("deck", "the model's own error", "enough", "cheapest setting that is enough", "solve loop", "process")
+    heads = ("deck", "the model's own error", "enough", "cheapest setting for that", "solve loop", "process")
     rows = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
     for chart in charts:
         case = cheapest(chart, enough(chart))
@@ -120,7 +120,7 @@ def section(chart):
     lines += [f"![Error against CPU time](pictures/work_precision_{name}.png)", ""]
     table = f"pictures/work_precision_{name}.csv"
     runs = f"All {len(chart.cases)} runs: [{table}]({table})."
-    heads = ("numerical error at most", "cheapest setting", "its error", "total error", "solve loop", "process")
+    heads = ("numerical error up to", "cheapest setting", "its error", "total error", "solve loop", "process")
     lines += [f"input/{name}.inp, probe `{chart.scene.probe}`. {runs}", ""]
     lines += ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
     for limit in LIMITS:
@@ -157,7 +157,7 @@ def peer_table(chart):
             cells.append(cost(case, t) + times)
         lines.append(f"| {label} | " + " | ".join(cells) + " |")
     return [
-        "Other programs at the same error, each against its own limit (a dash: no run of its grid got there):",
+        "Other programs at the same error, each against its own limit (a dash: no run got there):",
         "",
         *lines,
         "",
