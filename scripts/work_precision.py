@@ -90,7 +90,7 @@ def parse_arguments():
     add("--elements", type=int, nargs="+", help="numbers of elements (default: by the deck's)")
     add("--steps", type=int, nargs="+", help="numbers of steps")
     add("--rounds", type=int, default=5, help="how often a short run is measured (default: 5)")
-    add("--limit", type=int, default=20, help="CPU seconds a run may take (default: 20)")
+    add("--limit", type=int, default=20, help="seconds a run may take (default: 20)")
     add("--peers", default=sys.executable, metavar="PYTHON", help="interpreter with the peers")
     add("--no-peers", action="store_true", help="gentbeam alone")
     add("--quick", action="store_true", help="few runs and a coarse reference")

@@ -106,7 +106,7 @@ def short_table(charts):
 
 
 def newmark_at_worst(charts):
-    """Time of newmark with three nodes over the cheapest setting's, at worst, where refining still pays."""
+    """How many times the cheapest time newmark with three nodes takes, where refining still pays."""
     ratios = [1.0]
     for chart in charts:
         for limit in (*LIMITS, enough(chart)):

@@ -8,9 +8,10 @@ left out for all alike.
 
 import json
 import os
-import resource
 import shutil
+import signal
 import subprocess
+import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Optional
@@ -119,8 +120,11 @@ def child(command, folder, limit):
             stdout=log,
             stderr=subprocess.STDOUT,
         )
-        resource.prlimit(process.pid, resource.RLIMIT_CPU, (limit, limit))
+        # Not RLIMIT_CPU: with it the kernel lets the process see its own time in ticks of some milliseconds.
+        watch = threading.Timer(limit, process.kill)
+        watch.start()
         _, status, usage = os.wait4(process.pid, 0)
+        watch.cancel()
         process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
         raise RunFailed(last_words(folder / "log", process.returncode, limit))
@@ -129,7 +133,7 @@ def child(command, folder, limit):
 
 def last_words(path, status, limit):
     if status < 0:
-        return f"stopped after {limit} s of CPU time" if status in (-9, -24) else f"ended by signal {-status}"
+        return f"stopped after {limit} s" if status == -signal.SIGKILL else f"ended by signal {-status}"
     lines = [line.strip() for line in path.read_text(errors="replace").splitlines()]
     errors = [line for line in lines if "error" in line.lower() or "failed" in line.lower()]
     words = (errors or [line for line in lines if line] or [f"exit status {status}"])[-1]

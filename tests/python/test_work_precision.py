@@ -83,7 +83,7 @@ def test_a_child_that_fails_or_never_ends_says_so(tmp_path):
     complain = "import sys; print('talk'); sys.exit('no convergence in step 3')"
     with pytest.raises(RunFailed, match="no convergence in step 3"):
         child([sys.executable, "-c", complain], tmp_path, 5)
-    with pytest.raises(RunFailed, match="stopped after 1 s of CPU time"):
+    with pytest.raises(RunFailed, match="stopped after 1 s"):
         child([sys.executable, "-c", "while True: pass"], tmp_path, 1)
 
 
