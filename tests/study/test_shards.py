@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import sys
 import time
 
 import h5py
@@ -128,6 +129,34 @@ def test_a_shard_goes_on_where_it_was_ended(ended, how):
     assert f"  {done} of them were finished by an earlier run\n" in ended.out
     ended("-q", "--merge", "joined", *shard_names("study", 2))
     same_file(ended.path("whole"), ended.path("joined"))
+
+
+PEEK = """
+import sys, h5py
+print("ready", flush=True)
+while True:
+    try:
+        h5py.File(sys.argv[1], "r").close()
+    except OSError:
+        pass
+"""
+
+
+def test_readers_who_peek_do_not_end_a_study(gentbeam):
+    (gentbeam.folder / "study.inp").write_text(long_study(40, "OUTPUT every=50"))
+    path = gentbeam.path("study.shard-1-of-2")
+    command = [sys.executable, "-c", PEEK, str(path)]
+    readers = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    try:
+        for reader in readers:
+            assert reader.stdout.readline() == "ready\n"
+        for _ in range(10):
+            path.unlink(missing_ok=True)
+            gentbeam("-q", "--shard", "1/2", "study.inp")
+    finally:
+        for reader in readers:
+            reader.kill()
+            reader.communicate()
 
 
 def test_a_run_that_is_stopped_says_so(gentbeam):
