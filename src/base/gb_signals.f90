@@ -1,4 +1,5 @@
-!> Signals that ask a run to stop (SIGTERM, SIGINT, SIGUSR1): noted when they come, looked for between steps.
+!> Signals that ask a run or a study to stop (SIGTERM, SIGINT, SIGUSR1): noted when they come, looked for
+!> between steps.
 module gb_signals
     use, intrinsic :: iso_c_binding, only: c_int
     implicit none

@@ -21,8 +21,7 @@ module gb_checkpoint
     use gb_version, only: program_version, git_revision
     use gb_archive, only: archive_t, root, stored_int32
     use gb_hdf5, only: start_hdf5
-    use gb_hdf5_input, only: hid_t, open_file, close_file, close_dataset, get_attribute, get_text, &
-        get_numbers, member_names
+    use gb_hdf5_input, only: hid_t, open_file, close_file, get_attribute, get_deck, get_numbers, member_names
     use gb_results_header, only: now
     implicit none
     private
@@ -222,12 +221,8 @@ contains
         type(origin_t), intent(in) :: origin
         type(error_t), allocatable, intent(out) :: error
         character(:), allocatable :: deck, parameters, digest
-        integer(hid_t) :: dataset
 
-        call get_text(file, 'deck', deck, dataset, error)
-        if (allocated(error)) return
-        call get_attribute(dataset, 'parameters', parameters, error)
-        call close_dataset(dataset)
+        call get_deck(file, deck, parameters, error)
         if (.not. allocated(error)) call get_attribute(file, 'digest', digest, error)
         if (allocated(error)) return
         if (deck /= origin%deck .or. len(deck) /= len(origin%deck)) then

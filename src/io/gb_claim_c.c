@@ -4,9 +4,8 @@
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
-#include <time.h>
 #include <unistd.h>
+#include "gb_locks.h"
 
 static int refused(char *reason, size_t size, const char *words)
 {
@@ -53,41 +52,17 @@ int gb_try_to_write(const char *path, size_t bytes, char *reason, size_t size)
     return failed;
 }
 
-/* Whether others keep `file` locked. Who only looks into it, as a script that waits for results does again and again,
-   lets go within the second that is waited. A file system without such locks lets everybody in. */
-static int is_kept_locked(int file)
-{
-    const struct timespec pause = {.tv_nsec = 1000000};
-
-    for (int tries = 0; tries < 1000; tries++) {
-        if (flock(file, LOCK_EX | LOCK_NB) == 0) {
-            flock(file, LOCK_UN);
-            return 0;
-        }
-        if (errno != EWOULDBLOCK && errno != EINTR)
-            return 0;
-        nanosleep(&pause, NULL);
-    }
-    return 1;
-}
-
-/* Make sure that `path` can be written and that nobody keeps it open, and hold it for this process. Others may
-   read it from then on (HDF5 asks with flock), but no second run may claim it (fcntl; held until the program ends or
-   closes the file). 0: went well; 1: `reason` says why not. */
+/* Make sure that `path` can be written and that nobody keeps it open, and hold it for this process, which never closes
+   it. 0: went well; 1: `reason` says why not. */
 int gb_claim_file(const char *path, char *reason, size_t size)
 {
-    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
     int file = open(path, O_RDWR | O_CREAT, 0666);
 
     if (file < 0)
         return refused(reason, size, strerror(errno));
-    if (fcntl(file, F_SETLK, &whole) != 0 && (errno == EACCES || errno == EAGAIN)) {
+    if (gb_hold_against_writers(file) || gb_is_kept_locked(file)) {
         close(file);
-        return refused(reason, size, "another program is using it");
-    }
-    if (is_kept_locked(file)) {
-        close(file);
-        return refused(reason, size, "another program is using it");
+        return refused(reason, size, gb_in_use);
     }
     return 0;
 }

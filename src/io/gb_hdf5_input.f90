@@ -1,20 +1,21 @@
-!> Reading with HDF5 what gb_archive writes: files, attributes, whole arrays, and rows of series.
+!> Reading with HDF5 what this program has written: files, attributes, whole arrays, and rows of series.
 !> Whatever is not there, or is not of the kind asked for, is an error_t with exit status 3.
 module gb_hdf5_input
     use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_loc, c_ptr, c_associated
     use hdf5, only: hid_t, hsize_t, h5fopen_f, h5f_acc_rdonly_f, h5aopen_f, h5aread_f, h5aclose_f, &
-        h5aget_type_f, h5tget_class_f, h5tis_variable_str_f, h5tcopy_f, h5tset_cset_f, h5tclose_f, &
-        h5t_string, h5t_cset_utf8_f, h5t_string_f, h5t_float_f, h5t_integer_f, h5t_native_double, &
+        h5aget_type_f, h5tget_class_f, h5tis_variable_str_f, h5tclose_f, h5t_string_f, &
+        h5t_float_f, h5t_integer_f, h5t_native_double, &
         h5t_native_integer, h5dopen_f, h5dread_f, h5dclose_f, h5dget_space_f, h5dget_type_f, h5sclose_f, &
         h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5gn_members_f, h5gget_obj_info_idx_f, &
         h5lexists_f, h5fclose_f, h5sselect_hyperslab_f, h5s_select_set_f, h5screate_simple_f
     use gb_kinds, only: wp, i8
     use gb_error, only: error_t, raise, status_file
+    use gb_hdf5_direct, only: check, text_type
     implicit none
     private
 
-    public :: hid_t, open_file, close_file, close_dataset, get_attribute, get_text, get_numbers, &
-        get_rows, count_rows, member_names
+    public :: hid_t, open_file, close_file, get_attribute, get_deck, get_numbers, get_rows, count_rows, &
+        member_names, take_text
 
     !> Read a scalar attribute: text, integer or real.
     interface get_attribute
@@ -56,15 +57,6 @@ contains
         call h5fopen_f(path, h5f_acc_rdonly_f, file, info)
         if (info < 0) call raise(error, status_file, 'it is no HDF5 file, or is damaged')
     end subroutine open_file
-
-    subroutine check(info, deed, error)
-        integer, intent(in) :: info
-        character(*), intent(in) :: deed
-        type(error_t), allocatable, intent(inout) :: error
-
-        if (info >= 0 .or. allocated(error)) return
-        call raise(error, status_file, 'could not ' // deed)
-    end subroutine check
 
     !> Whether a type is of a class, and (for texts) of variable length.
     logical function is_class(type_id, class)
@@ -162,16 +154,7 @@ contains
         call check(info, 'read attribute ' // name, error)
     end subroutine get_text_attribute
 
-    !> HDF5's type of a UTF-8 text of any length.
-    subroutine text_type(type_id, info)
-        integer(hid_t), intent(out) :: type_id
-        integer, intent(out) :: info
-
-        call h5tcopy_f(h5t_string, type_id, info)
-        if (info >= 0) call h5tset_cset_f(type_id, h5t_cset_utf8_f, info)
-    end subroutine text_type
-
-    !> A text that HDF5 has allocated, which is freed.
+    !> The text at an address that HDF5 has given, which is freed; empty for none.
     subroutine take_text(address, text)
         type(c_ptr), intent(in) :: address
         character(:), allocatable, intent(out) :: text
@@ -225,30 +208,30 @@ contains
         if (info < 0) call h5dclose_f(dataset, ignored)
     end subroutine open_dataset
 
-    !> A scalar text dataset; its handle is left open for attributes.
-    subroutine get_text(parent, name, text, dataset, error)
-        integer(hid_t), intent(in) :: parent
-        character(*), intent(in) :: name
-        character(:), allocatable, intent(out) :: text
-        integer(hid_t), intent(out) :: dataset
+    !> The deck a file is of, and the parameters that it was run with.
+    subroutine get_deck(file, deck, parameters, error)
+        integer(hid_t), intent(in) :: file
+        character(:), allocatable, intent(out) :: deck, parameters
         type(error_t), allocatable, intent(out) :: error
         type(c_ptr), target :: address
-        integer(hid_t) :: type_id
+        integer(hid_t) :: dataset, type_id
         type(c_ptr) :: place
         integer(hsize_t) :: none(0)
         integer :: info, ignored
 
-        text = ''
-        call open_dataset(parent, name, h5t_string_f, dataset, none, info)
-        if (info >= 0) call text_type(type_id, info)
+        deck = ''
+        call open_dataset(file, 'deck', h5t_string_f, dataset, none, info)
         if (info >= 0) then
+            call text_type(type_id, info)
             place = c_loc(address)
-            call h5dread_f(dataset, type_id, place, info)
-            if (info >= 0) call take_text(address, text)
+            if (info >= 0) call h5dread_f(dataset, type_id, place, info)
+            if (info >= 0) call take_text(address, deck)
             call h5tclose_f(type_id, ignored)
+            if (info >= 0) call get_text_attribute(dataset, 'parameters', parameters, error)
+            call h5dclose_f(dataset, ignored)
         end if
-        call check(info, 'read ' // name, error)
-    end subroutine get_text
+        call check(info, 'read deck', error)
+    end subroutine get_deck
 
     subroutine get_reals(parent, name, values, error)
         integer(hid_t), intent(in) :: parent
@@ -375,12 +358,5 @@ contains
 
         call h5fclose_f(file, info)
     end subroutine close_file
-
-    subroutine close_dataset(dataset)
-        integer(hid_t), intent(in) :: dataset
-        integer :: info
-
-        call h5dclose_f(dataset, info)
-    end subroutine close_dataset
 
 end module gb_hdf5_input

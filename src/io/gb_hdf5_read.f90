@@ -1,23 +1,22 @@
-!> Reading existing HDF5 files: open them, look for what is in them, copy parts from one to the other.
+!> Existing HDF5 files that are gone on with or joined: open them, look for what is in them, copy parts from
+!> one to the other.
 module gb_hdf5_read
-    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_char, c_ptr
-    use hdf5, only: hid_t, hsize_t, h5aclose_f, h5aget_space_f, h5aopen_f, h5aread_f, h5dclose_f, &
-        h5dget_space_f, h5dopen_f, h5dread_f, h5dvlen_reclaim_f, h5f_acc_rdonly_f, &
+    use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+    use hdf5, only: hid_t, hsize_t, h5aclose_f, h5aget_space_f, h5aopen_f, h5aread_f, h5f_acc_rdonly_f, &
         h5f_acc_rdwr_f, h5fopen_f, h5gget_info_f, h5gopen_f, h5ldelete_f, h5lexists_f, &
         h5lget_name_by_idx_f, h5ocopy_f, h5sclose_f, h5_index_crt_order_f, h5_iter_inc_f, &
-        h5p_default_f, h5sget_simple_extent_npoints_f, h5t_native_double, h5t_native_integer, h5tclose_f
-    use gb_kinds, only: wp
+        h5sget_simple_extent_npoints_f, h5tclose_f
     use gb_error, only: error_t, raise, status_file
     use gb_hdf5_direct, only: check, text_type
+    use gb_hdf5_input, only: take_text
     use gb_claim, only: set_environment_default
     use gb_hdf5, only: start_hdf5
     implicit none
     private
 
     public :: open_file, open_group, has_link, delete_link, copy_object, link_names
-    public :: get_text_attribute, get_text_list, get_integer_attribute, get_real_attribute, get_text, text_at
+    public :: get_text_list
 
-    integer, parameter :: longest = 100000000       !! bytes of a text
     integer, parameter, public :: max_link = 96     !! bytes of a name
 
 contains
@@ -96,76 +95,6 @@ contains
         call check(info, 'copy ' // name, error)
     end subroutine copy_object
 
-    subroutine get_integer_attribute(object, name, number, error)
-        integer(hid_t), intent(in) :: object
-        character(*), intent(in) :: name
-        integer, intent(out) :: number
-        type(error_t), allocatable, intent(out) :: error
-        integer, target :: value
-        type(c_ptr) :: buffer
-        integer(hid_t) :: attribute
-        integer :: info, ignored
-
-        value = 0
-        call h5aopen_f(object, name, attribute, info)
-        if (info >= 0) then
-            buffer = c_loc(value)
-            call h5aread_f(attribute, h5t_native_integer, buffer, info)
-            call h5aclose_f(attribute, ignored)
-        end if
-        number = value
-        call check(info, 'read attribute ' // name, error)
-    end subroutine get_integer_attribute
-
-    subroutine get_real_attribute(object, name, number, error)
-        integer(hid_t), intent(in) :: object
-        character(*), intent(in) :: name
-        real(wp), intent(out) :: number
-        type(error_t), allocatable, intent(out) :: error
-        real(wp), target :: value
-        type(c_ptr) :: buffer
-        integer(hid_t) :: attribute
-        integer :: info, ignored
-
-        value = 0.0_wp
-        call h5aopen_f(object, name, attribute, info)
-        if (info >= 0) then
-            buffer = c_loc(value)
-            call h5aread_f(attribute, h5t_native_double, buffer, info)
-            call h5aclose_f(attribute, ignored)
-        end if
-        number = value
-        call check(info, 'read attribute ' // name, error)
-    end subroutine get_real_attribute
-
-    subroutine get_text_attribute(object, name, text, error)
-        integer(hid_t), intent(in) :: object
-        character(*), intent(in) :: name
-        character(:), allocatable, intent(out) :: text
-        type(error_t), allocatable, intent(out) :: error
-        type(c_ptr), target :: address(1)
-        type(c_ptr) :: buffer
-        integer(hid_t) :: attribute, space, type_id
-        integer :: info, ignored
-
-        text = ''
-        call h5aopen_f(object, name, attribute, info)
-        if (info >= 0) then
-            call text_type(type_id, info)
-            call h5aget_space_f(attribute, space, info)
-            buffer = c_loc(address)
-            call h5aread_f(attribute, type_id, buffer, info)
-            if (info >= 0) then
-                text = text_at(address(1))
-                call h5dvlen_reclaim_f(type_id, space, h5p_default_f, buffer, ignored)
-            end if
-            call h5sclose_f(space, ignored)
-            call h5tclose_f(type_id, ignored)
-            call h5aclose_f(attribute, ignored)
-        end if
-        call check(info, 'read attribute ' // name, error)
-    end subroutine get_text_attribute
-
     !> An attribute that is a list of texts, joined by blanks.
     subroutine get_text_list(object, name, texts, error)
         integer(hid_t), intent(in) :: object
@@ -173,6 +102,7 @@ contains
         character(:), allocatable, intent(out) :: texts
         type(error_t), allocatable, intent(out) :: error
         type(c_ptr), allocatable, target :: addresses(:)
+        character(:), allocatable :: text
         type(c_ptr) :: buffer
         integer(hid_t) :: attribute, space, type_id
         integer(hsize_t) :: n
@@ -189,9 +119,9 @@ contains
             call h5aread_f(attribute, type_id, buffer, info)
             if (info >= 0) then
                 do i = 1, int(n)
-                    texts = texts // text_at(addresses(i)) // ' '
+                    call take_text(addresses(i), text)
+                    texts = texts // text // ' '
                 end do
-                call h5dvlen_reclaim_f(type_id, space, h5p_default_f, buffer, ignored)
             end if
             call h5sclose_f(space, ignored)
             call h5tclose_f(type_id, ignored)
@@ -199,57 +129,5 @@ contains
         end if
         call check(info, 'read attribute ' // name, error)
     end subroutine get_text_list
-
-    !> A scalar text dataset, and its attribute `parameters`.
-    subroutine get_text(parent, name, text, parameters, error)
-        integer(hid_t), intent(in) :: parent
-        character(*), intent(in) :: name
-        character(:), allocatable, intent(out) :: text, parameters
-        type(error_t), allocatable, intent(out) :: error
-        type(c_ptr), target :: address(1)
-        type(c_ptr) :: buffer
-        integer(hid_t) :: dataset, space, type_id
-        integer :: info, ignored
-
-        text = ''
-        call h5dopen_f(parent, name, dataset, info)
-        if (info >= 0) then
-            call text_type(type_id, info)
-            call h5dget_space_f(dataset, space, info)
-            buffer = c_loc(address)
-            call h5dread_f(dataset, type_id, buffer, info)
-            if (info >= 0) then
-                text = text_at(address(1))
-                call h5dvlen_reclaim_f(type_id, space, h5p_default_f, buffer, ignored)
-            end if
-            call h5sclose_f(space, ignored)
-            call h5tclose_f(type_id, ignored)
-            call get_text_attribute(dataset, 'parameters', parameters, error)
-            call h5dclose_f(dataset, ignored)
-        end if
-        call check(info, 'read ' // name, error)
-    end subroutine get_text
-
-    !> The text at an address that HDF5 has given, up to its closing NUL; empty for none.
-    function text_at(address) result(text)
-        type(c_ptr), intent(in) :: address
-        character(:), allocatable :: text
-        character(kind=c_char), pointer :: characters(:)
-        integer :: n, i
-
-        text = ''
-        if (.not. c_associated(address)) return
-        call c_f_pointer(address, characters, [longest])
-        n = 0
-        do while (n < longest)
-            if (characters(n + 1) == c_null_char) exit
-            n = n + 1
-        end do
-        deallocate (text)
-        allocate (character(n) :: text)
-        do i = 1, n
-            text(i:i) = characters(i)
-        end do
-    end function text_at
 
 end module gb_hdf5_read

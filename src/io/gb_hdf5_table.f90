@@ -3,15 +3,15 @@
 module gb_hdf5_table
     use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char, c_ptr
     use hdf5, only: hid_t, hsize_t, h5aclose_f, h5acreate_f, h5awrite_f, h5dclose_f, h5dcreate_f, &
-        h5dget_space_f, h5dget_type_f, h5dopen_f, h5dread_f, h5dvlen_reclaim_f, h5dwrite_f, h5pclose_f, &
+        h5dget_space_f, h5dget_type_f, h5dopen_f, h5dread_f, h5dwrite_f, h5pclose_f, &
         h5pcreate_f, h5pset_alloc_time_f, h5pset_chunk_f, h5sclose_f, h5screate_simple_f, &
         h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, h5tclose_f, h5tequal_f, &
-        h5d_alloc_time_early_f, h5p_dataset_create_f, h5p_default_f, h5s_select_set_f, h5t_ieee_f64le, &
+        h5d_alloc_time_early_f, h5p_dataset_create_f, h5s_select_set_f, h5t_ieee_f64le, &
         h5t_native_double, h5t_std_i32le, h5t_std_i8le
     use gb_kinds, only: wp
     use gb_error, only: error_t
     use gb_hdf5_direct, only: describe, text_type, check
-    use gb_hdf5_read, only: text_at, get_text_attribute
+    use gb_hdf5_input, only: get_attribute, take_text
     implicit none
     private
 
@@ -98,8 +98,8 @@ contains
         integer :: info, storage, ignored
         logical :: same
 
-        call get_text_attribute(model%dataset, 'unit', unit, error)
-        if (.not. allocated(error)) call get_text_attribute(model%dataset, 'description', description, error)
+        call get_attribute(model%dataset, 'unit', unit, error)
+        if (.not. allocated(error)) call get_attribute(model%dataset, 'description', description, error)
         if (allocated(error)) return
         call h5dget_type_f(model%dataset, type_id, info)
         storage = store_real
@@ -286,8 +286,7 @@ contains
         if (info >= 0) call h5dread_f(self%dataset, type_id, buffer, info, memory_space, file_space)
         call check(info, 'read a text', error)
         if (allocated(error)) return
-        text = text_at(address)
-        call h5dvlen_reclaim_f(type_id, memory_space, h5p_default_f, buffer, ignored)
+        call take_text(address, text)
         call h5sclose_f(memory_space, ignored)
         call h5sclose_f(file_space, ignored)
         call h5tclose_f(type_id, ignored)

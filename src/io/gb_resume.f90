@@ -5,7 +5,7 @@ module gb_resume
     use gb_files, only: is_file
     use gb_checkpoint, only: origin_t, checkpoint_t
     use gb_hdf5, only: start_hdf5
-    use gb_hdf5_input, only: hid_t, open_file, close_file, close_dataset, get_attribute, get_text
+    use gb_hdf5_input, only: hid_t, open_file, close_file, get_attribute, get_deck
     implicit none
     private
 
@@ -56,7 +56,7 @@ contains
         character(:), allocatable, intent(out) :: trouble
         type(error_t), allocatable :: error
         character(:), allocatable :: format, created, deck, parameters, version, revision
-        integer(hid_t) :: file, dataset
+        integer(hid_t) :: file
 
         trouble = 'is not there'
         if (.not. is_file(path)) return
@@ -67,11 +67,7 @@ contains
         if (.not. allocated(error)) call get_attribute(file, 'created', created, error)
         if (.not. allocated(error)) call get_attribute(file, 'program_version', version, error)
         if (.not. allocated(error)) call get_attribute(file, 'git_revision', revision, error)
-        if (.not. allocated(error)) call get_text(file, 'deck', deck, dataset, error)
-        if (.not. allocated(error)) then
-            call get_attribute(dataset, 'parameters', parameters, error)
-            call close_dataset(dataset)
-        end if
+        if (.not. allocated(error)) call get_deck(file, deck, parameters, error)
         if (.not. allocated(error)) then
             if (format == 'gentbeam' .and. created == checkpoint%created .and. deck == origin%deck &
                 .and. parameters == origin%parameters &

@@ -12,7 +12,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -20,6 +19,7 @@
 #if H5_VERSION_GE(1, 13, 0)
 #include <H5FDdevelop.h>
 #endif
+#include "gb_locks.h"
 
 #define SUPERBLOCK_ROOM 64                  /* the first bytes of the file; HDF5's superblock of version 2 takes 48 */
 #define GATHER_ROOM ((size_t)256 * 1024)    /* bytes of small writes that are put together */
@@ -464,21 +464,6 @@ int gb_store_commit(store_t *store, int reserve, int durable)
 
 /* ---- the file ------------------------------------------------------------------------------------------------ */
 
-static const char in_use[] = "another program is using it";
-
-/* Hold a file against other writers, till it is closed: no second run may claim it. Readers ask with flock, and are
-   let in. A file system without such locks lets everybody in. */
-static int claim(int file)
-{
-    struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
-#ifdef F_OFD_SETLK
-    int refused = fcntl(file, F_OFD_SETLK, &whole);
-#else
-    int refused = fcntl(file, F_SETLK, &whole);
-#endif
-    return refused != 0 && (errno == EACCES || errno == EAGAIN);
-}
-
 /* Whether the results may be replaced that are there: NULL, or why not. */
 static const char *why_not_replace(const char *path, mode_t *mode)
 {
@@ -492,8 +477,8 @@ static const char *why_not_replace(const char *path, mode_t *mode)
         why = strerror(errno);
     else if (!S_ISREG(status.st_mode))
         why = "it is not an ordinary file";
-    else if (claim(file) || (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK))
-        why = in_use;
+    else if (gb_hold_against_writers(file) || gb_is_kept_locked(file))
+        why = gb_in_use;
     else
         *mode = status.st_mode & 07777;
     close(file);
@@ -509,10 +494,10 @@ static int open_part(store_t *store)
         store->file = open(store->part, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
         if (store->file < 0)
             return failed(store, strerror(errno));
-        if (claim(store->file)) {
+        if (gb_hold_against_writers(store->file)) {
             close(store->file);
             store->file = -1;
-            return failed(store, in_use);
+            return failed(store, gb_in_use);
         }
         if (fstat(store->file, &ours) == 0 && stat(store->part, &there) == 0 && ours.st_ino == there.st_ino &&
             ours.st_dev == there.st_dev)
@@ -520,7 +505,7 @@ static int open_part(store_t *store)
         close(store->file);
     }
     store->file = -1;
-    return failed(store, in_use);
+    return failed(store, gb_in_use);
 }
 
 /* Empty what a killed run has left, and set the permissions of the file that is replaced, if there is one. */

@@ -11,8 +11,8 @@ module gb_sweep_file
     use gb_fields, only: field_length_power
     use gb_hdf5_direct, only: hid_t, flush_file, close_file, create_group, close_group, put_attribute, &
         replace_attribute
-    use gb_hdf5_read, only: open_file, open_group, has_link, delete_link, get_text, get_text_attribute, &
-        get_integer_attribute
+    use gb_hdf5_input, only: get_attribute, get_deck
+    use gb_hdf5_read, only: open_file, open_group, has_link, delete_link
     use gb_hdf5_table, only: table_t, text_table_t, put_text_list, store_real, store_integer, store_byte
     use gb_member, only: member_t, member_complete, member_waiting
     use gb_member_file, only: write_member, member_name
@@ -346,18 +346,18 @@ contains
         character(:), allocatable :: text, parameters, version, revision
         integer :: members, shards
 
-        call get_text_attribute(self%file, 'program_version', version, trouble)
-        if (.not. allocated(trouble)) call get_text_attribute(self%file, 'git_revision', revision, trouble)
+        call get_attribute(self%file, 'program_version', version, trouble)
+        if (.not. allocated(trouble)) call get_attribute(self%file, 'git_revision', revision, trouble)
         if (.not. allocated(trouble) .and. (version /= program_version .or. revision /= git_revision)) then
             call raise(error, status_file, self%path // ' was begun by another version of the program (' // &
                 version // ', ' // revision // '): delete it, or give another name by -o')
             return
         end if
-        if (.not. allocated(trouble)) call get_text(self%file, 'deck', text, parameters, trouble)
+        if (.not. allocated(trouble)) call get_deck(self%file, text, parameters, trouble)
         members = 0
         shards = 0
-        if (.not. allocated(trouble)) call get_integer_attribute(self%sweep, 'members', members, trouble)
-        if (.not. allocated(trouble)) call get_integer_attribute(self%sweep, 'shards', shards, trouble)
+        if (.not. allocated(trouble)) call get_attribute(self%sweep, 'members', members, trouble)
+        if (.not. allocated(trouble)) call get_attribute(self%sweep, 'shards', shards, trouble)
         if (.not. allocated(trouble) .and. text == problem%deck_text .and. parameters == problem%parameters &
             .and. members == self%share%members .and. shards == self%share%shards) return
         call raise(error, status_file, self%path // ' holds the results of another deck or of other ' // &

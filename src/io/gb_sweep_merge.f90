@@ -3,10 +3,10 @@ module gb_sweep_merge
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_file
     use gb_hdf5_direct, only: hid_t, create_file, flush_file, close_file, create_group, close_group, &
-        put_attribute, &
-        replace_attribute
-    use gb_hdf5_read, only: open_file, open_group, has_link, copy_object, link_names, max_link, get_text, &
-        get_text_attribute, get_text_list, get_integer_attribute, get_real_attribute
+        put_attribute, replace_attribute
+    use gb_hdf5_input, only: get_attribute, get_deck
+    use gb_hdf5_read, only: open_file, open_group, has_link, copy_object, link_names, max_link, &
+        get_text_list
     use gb_hdf5_table, only: table_t, text_table_t, put_text_list
     use gb_member, only: member_waiting, member_failed
     use gb_member_file, only: member_name
@@ -95,10 +95,10 @@ contains
         end if
         call open_file(shard%path, .false., shard%file, error)
         if (.not. allocated(error)) call open_group(shard%file, 'sweep', shard%sweep, error)
-        if (.not. allocated(error)) call get_integer_attribute(shard%sweep, 'members', shard%share%members, &
+        if (.not. allocated(error)) call get_attribute(shard%sweep, 'members', shard%share%members, &
             error)
-        if (.not. allocated(error)) call get_integer_attribute(shard%sweep, 'shard', shard%share%shard, error)
-        if (.not. allocated(error)) call get_integer_attribute(shard%sweep, 'shards', shard%share%shards, &
+        if (.not. allocated(error)) call get_attribute(shard%sweep, 'shard', shard%share%shard, error)
+        if (.not. allocated(error)) call get_attribute(shard%sweep, 'shards', shard%share%shards, &
             error)
         if (.not. allocated(error)) call open_group(shard%sweep, 'summary', shard%summary, error)
         if (.not. allocated(error)) then
@@ -117,10 +117,10 @@ contains
         integer :: i
 
         associate (first => shards(1), last => shards(size(shards)))
-            call get_text(first%file, 'deck', deck, parameters, error)
-            if (.not. allocated(error)) call get_text(last%file, 'deck', other_deck, other_parameters, error)
-            if (.not. allocated(error)) call get_text_attribute(first%file, 'git_revision', revision, error)
-            if (.not. allocated(error)) call get_text_attribute(last%file, 'git_revision', other_revision, &
+            call get_deck(first%file, deck, parameters, error)
+            if (.not. allocated(error)) call get_deck(last%file, other_deck, other_parameters, error)
+            if (.not. allocated(error)) call get_attribute(first%file, 'git_revision', revision, error)
+            if (.not. allocated(error)) call get_attribute(last%file, 'git_revision', other_revision, &
                 error)
             if (allocated(error)) then
                 error%message = 'cannot read ' // last%path // ': ' // error%message
@@ -174,19 +174,19 @@ contains
         real(wp) :: wall, cpu, seconds
         integer :: i, version
 
-        call get_integer_attribute(shards(1)%file, 'format_version', version, error)
+        call get_attribute(shards(1)%file, 'format_version', version, error)
         if (.not. allocated(error)) call put_attribute(file, 'format_version', version, error)
         do i = 1, size(texts)
-            if (.not. allocated(error)) call get_text_attribute(shards(1)%file, trim(texts(i)), text, error)
+            if (.not. allocated(error)) call get_attribute(shards(1)%file, trim(texts(i)), text, error)
             if (.not. allocated(error)) call put_attribute(file, trim(texts(i)), text, error)
         end do
         wall = 0.0_wp
         cpu = 0.0_wp
         do i = 1, size(shards)
-            if (.not. allocated(error)) call get_real_attribute(shards(i)%file, 'wall_seconds', seconds, &
+            if (.not. allocated(error)) call get_attribute(shards(i)%file, 'wall_seconds', seconds, &
                 error)
             wall = max(wall, seconds)
-            if (.not. allocated(error)) call get_real_attribute(shards(i)%file, 'cpu_seconds', seconds, error)
+            if (.not. allocated(error)) call get_attribute(shards(i)%file, 'cpu_seconds', seconds, error)
             cpu = cpu + seconds
         end do
         if (.not. allocated(error)) call put_attribute(file, 'wall_seconds', wall, error)

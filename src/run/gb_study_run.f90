@@ -11,7 +11,7 @@ module gb_study_run
     use gb_problem, only: problem_t, task_static, task_modal
     use gb_share, only: share_t, study_end
     use gb_study, only: member_source_t, member_sink_t, run_study
-    use gb_stop, only: listen_for_stop, stop_is_asked
+    use gb_signals, only: watch_signals, has_caught_signal
     use gb_sweep, only: sweep_t
     use gb_sweep_file, only: sweep_file_t
     use gb_text, only: to_text, newline
@@ -73,7 +73,7 @@ contains
         monitor%log%level = log_level
         call open_file(monitor, problem, share, numbers, error)
         if (allocated(error)) return
-        call listen_for_stop()
+        call watch_signals()
         source%recipe = recipe
         source%sweep = problem%sweep
         source%names = problem%sweep%names()
@@ -305,7 +305,7 @@ contains
     logical function wants_stop(self)
         class(study_monitor_t), intent(inout) :: self
 
-        wants_stop = stop_is_asked()
+        wants_stop = has_caught_signal()
     end function wants_stop
 
     !> Say how the study ended, in the file and in the log's last line. All members failed: an error.

@@ -7,7 +7,7 @@ module gb_member_recorder
     use gb_recorder, only: recorder_t, step_record_t
     use gb_sensor, only: sensor_t, place_sensor
     use gb_state, only: state_t
-    use gb_stop, only: stop_is_asked
+    use gb_signals, only: has_caught_signal
     implicit none
     private
 
@@ -73,7 +73,7 @@ contains
         real(wp) :: values(size(self%sensors))
         integer :: i
 
-        if (stop_is_asked()) then
+        if (has_caught_signal()) then
             call raise(error, status_interrupted, 'stopped')
             return
         end if
