@@ -167,6 +167,28 @@ def test_file_open_elsewhere(gentbeam):
         assert (gentbeam.folder / "out.h5").read_bytes() == before
 
 
+PEEK = """
+import sys, h5py
+print("ready", flush=True)
+while True:
+    h5py.File(sys.argv[1], "r").close()
+"""
+
+
+def test_readers_who_peek_do_not_keep_a_run_from_replacing_results(gentbeam):
+    (gentbeam.folder / "deck.inp").write_text(small_deck())
+    gentbeam("-q", "-o", "out", "deck.inp")
+    command = [sys.executable, "-c", PEEK, "out.h5"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen(command, cwd=gentbeam.folder, **pipes) as reader:
+        try:
+            reader.stdout.readline()
+            for _ in range(20):
+                gentbeam("-q", "-o", "out", "deck.inp")
+        finally:
+            reader.kill()
+
+
 def test_missing_deck(gentbeam):
     gentbeam("no.inp", status=3)
     assert "no.inp" in gentbeam.sole_error() and "No such file or directory" in gentbeam.sole_error()
