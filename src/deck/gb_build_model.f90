@@ -119,12 +119,14 @@ contains
         section%inertia = inertia_diagonal
         if (command%text('inertia') == 'translational') section%inertia = inertia_translational
         if (command%text('inertia') == 'full') section%inertia = inertia_full
-        if (command%given('points') .and. section%rule /= rule_gauss) then
+        if (command%given('points') .and. command%text('rule') /= 'gauss') then
             call diagnostics%add(command%values(command%value_of('points'))%key_at, &
                 "'points' goes with rule=gauss")
             command%sound = .false.
         end if
-        if (command%given('tolerance')) then
+        section%is_auto = command%text('rule') == 'auto'
+        section%tolerance = command%number('tolerance')
+        if (command%given('tolerance') .and. .not. section%is_auto) then
             call diagnostics%add(command%values(command%value_of('tolerance'))%key_at, &
                 "'tolerance' goes with rule=auto")
             command%sound = .false.

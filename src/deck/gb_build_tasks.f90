@@ -125,7 +125,7 @@ contains
         call find_name(command, draft, diagnostics)
         if (command%sound) then
             select case (command%title)
-            case ('STATIC')
+            case ('STATIC', 'STATIC auto')
                 call read_static(command, draft, task, diagnostics)
             case ('MODAL')
                 call read_modal(command, draft, task, diagnostics)
@@ -187,10 +187,14 @@ contains
         type(diagnostics_t), intent(inout) :: diagnostics
 
         task%kind = task_static
-        task%steps = command%whole('steps')
         task%load = command%number('load')
-        call read_newton(command, task)
-        if (draft%has_mesh) call check_solver(command, draft, task, diagnostics)
+        if (command%title == 'STATIC auto') then
+            call read_auto(command, draft, task, diagnostics)
+        else
+            task%steps = command%whole('steps')
+            call read_newton(command, task)
+            if (draft%has_mesh) call check_solver(command, draft, task, diagnostics)
+        end if
         if (len(draft%loose) == 0) return
         call diagnostics%add(command%at, 'STATIC needs supports that hold the beam: ' // draft%loose)
         command%sound = .false.
@@ -241,6 +245,12 @@ contains
         task%kind = task_transient
         task%scheme = trim(command%title(11:))
         task%end_time = command%number('end')
+        if (task%scheme == 'auto') then
+            task%scheme = 'newmark'
+            task%step = task%end_time
+            call read_auto(command, draft, task, diagnostics)
+            return
+        end if
         if (command%given('step')) task%step = command%number('step')
         if (command%given('accuracy')) task%accuracy = command%number('accuracy')
         call read_newton(command, task)
@@ -257,6 +267,34 @@ contains
         if (draft%has_mesh) call check_scheme(command, draft, task, diagnostics)
         if (draft%has_mesh) call check_solver(command, draft, task, diagnostics)
     end subroutine read_transient
+
+    !> What a command that leaves mesh and steps to the program asks for.
+    subroutine read_auto(command, draft, task, diagnostics)
+        type(command_t), intent(inout) :: command
+        type(draft_t), intent(in) :: draft
+        type(task_t), intent(inout) :: task
+        type(diagnostics_t), intent(inout) :: diagnostics
+        integer :: i
+
+        task%is_auto = .true.
+        task%aim = command%number('accuracy')
+        associate (probes => command%values(command%value_of('probe')))
+            allocate (task%aim_probes(size(probes%words)))
+            do i = 1, size(probes%words)
+                call draft%resolve(space_probe, trim(probes%words(i)), probes%parts(i), diagnostics, &
+                    task%aim_probes(i))
+                if (task%aim_probes(i) == 0) command%sound = .false.
+                if (task%aim_probes(i) == 0 .or. all(task%aim_probes(:i - 1) /= task%aim_probes(i))) cycle
+                call diagnostics%add(probes%parts(i), 'probe ' // quoted(trim(probes%words(i))) &
+                    // ' is named twice')
+                command%sound = .false.
+            end do
+        end associate
+        if (draft%problem%sweep%members() == 0) return
+        call diagnostics%add(command%at, command%title // ' does not go with SWEEP', &
+            hint='run one member with it, without SWEEP, and give the settings that it chooses to all')
+        command%sound = .false.
+    end subroutine read_auto
 
     !> The energy-momentum scheme needs a stored energy and a constant mass, the explicit one a mass in every
     !> field.

@@ -88,8 +88,7 @@ contains
         call real_number(table, 'b', required, above(0.0_wp), 'width [length]')
         call real_number(table, 'h', required, above(0.0_wp), 'thickness [length]')
         call choice(table, 'rule', 'gauss', 'gauss linear auto', &
-                    'thickness rule: Gauss points, linear resultants, or chosen by the program', &
-                    coming='auto')
+                    'thickness rule: Gauss points, linear resultants, or Gauss points chosen by the program')
         call whole_number(table, 'points', '3', between(1.0_wp, 10.0_wp), &
                           'Gauss points through the thickness (rule=gauss)')
         call real_number(table, 'tolerance', '1e-3', inside(0.0_wp, 1.0_wp), 'error aimed at (rule=auto)')
@@ -259,9 +258,11 @@ contains
         call whole_number(table, 'steps', '10', between(1.0_wp, 1.0e6_wp), 'load steps')
         call real_number(table, 'load', '1', range_t(), 'load factor reached')
         call add_newton(table, 'static')
-        call table%add_form(form_t(command='STATIC', variant='auto', part=part_solution, available=.false., &
+        call table%add_form(form_t(command='STATIC', variant='auto', part=part_solution, &
                                    description='Static, with mesh and rules chosen by the program.'))
         call add_accuracy(table)
+        call real_number(table, 'load', '1', range_t(), 'load factor reached')
+        call reference(table, 'name', 'static', 'name of its results')
         call table%add_form(form_t(command='MODAL', part=part_solution, &
                                    description='Natural frequencies and modes about the current state.'))
         call whole_number(table, 'count', '6', between(1.0_wp, 1.0e4_wp), 'number of modes')
@@ -292,38 +293,38 @@ contains
     pure subroutine add_transients(table)
         type(schema_t), intent(inout) :: table
 
-        call open_transient(table, 'newmark', .true., "Newmark's scheme.")
+        call open_transient(table, 'newmark', "Newmark's scheme.")
         call real_number(table, 'beta', '0.25', between(0.0_wp, 1.0_wp, low_open=.true.), &
             'of the displacements')
         call real_number(table, 'gamma', '0.5', between(0.0_wp, 1.0_wp), 'of the velocities')
         call add_steps(table)
-        call open_transient(table, 'hht', .true., 'Hilber, Hughes and Taylor.')
+        call open_transient(table, 'hht', 'Hilber, Hughes and Taylor.')
         call real_number(table, 'alpha', '-0.05', between(-1.0_wp/3.0_wp, 0.0_wp), &
             'damping, from -1/3 to 0 (none)')
         call add_steps(table)
-        call open_transient(table, 'generalized', .true., 'Generalized alpha (Chung and Hulbert).')
+        call open_transient(table, 'generalized', 'Generalized alpha (Chung and Hulbert).')
         call real_number(table, 'rho', '0.8', between(0.0_wp, 1.0_wp), &
             'spectral radius at infinite frequency')
         call add_steps(table)
-        call open_transient(table, 'bathe', .true., 'Two sub-steps: trapezoidal, then backward.')
+        call open_transient(table, 'bathe', 'Two sub-steps: trapezoidal, then backward.')
         call real_number(table, 'rho', '0', between(0.0_wp, 1.0_wp), 'spectral radius at infinite frequency')
         call add_steps(table)
-        call open_transient(table, 'energy', .true., 'Conserves energy and momentum.')
+        call open_transient(table, 'energy', 'Conserves energy and momentum.')
         call add_steps(table)
-        call open_transient(table, 'central', .true., 'Explicit central difference.')
+        call open_transient(table, 'central', 'Explicit central difference.')
         call add_steps(table)
-        call open_transient(table, 'auto', .false., 'Mesh, rules, scheme and step chosen by the program.')
+        call open_transient(table, 'auto', 'Mesh, rules, scheme and step chosen by the program.')
         call add_accuracy(table)
         call real_number(table, 'end', required, above(0.0_wp), 'time from the start of this command [time]')
+        call reference(table, 'name', 'transient', 'name of its results')
     end subroutine add_transients
 
-    pure subroutine open_transient(table, scheme, available, description)
+    pure subroutine open_transient(table, scheme, description)
         type(schema_t), intent(inout) :: table
         character(*), intent(in) :: scheme, description
-        logical, intent(in) :: available
 
         call table%add_form(form_t(command='TRANSIENT', variant=scheme, part=part_solution, &
-            available=available, description='Motion in time. ' // description))
+            description='Motion in time. ' // description))
     end subroutine open_transient
 
     pure subroutine add_steps(table)
@@ -381,15 +382,11 @@ contains
         call table%add_key(key_t(name=name, kind=kind_text, default=default, description=description))
     end subroutine text
 
-    pure subroutine choice(table, name, default, choices, description, coming)
+    pure subroutine choice(table, name, default, choices, description)
         type(schema_t), intent(inout) :: table
         character(*), intent(in) :: name, default, choices, description
-        character(*), intent(in), optional :: coming
-        type(key_t) :: key
-
-        key = key_t(name=name, kind=kind_choice, default=default, choices=choices, description=description)
-        if (present(coming)) key%coming = coming
-        call table%add_key(key)
+        call table%add_key(key_t(name=name, kind=kind_choice, default=default, choices=choices, &
+            description=description))
     end subroutine choice
 
     pure subroutine reference(table, name, default, description)

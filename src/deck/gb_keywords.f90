@@ -45,7 +45,7 @@ contains
         table = command_table()
         do form = 1, table%n_forms
             write (unit, '(a)') '.SS "' // roff(usage(table%forms(form))) // '"', &
-                roff(trim(table%forms(form)%description) // pending(table%forms(form)%available))
+                roff(trim(table%forms(form)%description))
             do key = table%forms(form)%first_key, table%forms(form)%last_key
                 if (first_form_with(table, form, key) /= form) cycle
                 write (unit, '(a)') '.TP', '.B ' // roff(trim(label(table%keys(key)))), &
@@ -88,8 +88,7 @@ contains
         integer :: i
 
         write (unit, '(/,a)') usage(table%forms(form))
-        call print_wrapped(unit, repeat(' ', margin), trim(table%forms(form)%description) // &
-            pending(table%forms(form)%available))
+        call print_wrapped(unit, repeat(' ', margin), trim(table%forms(form)%description))
         do i = table%forms(form)%first_key, table%forms(form)%last_key
             if (first_form_with(table, form, i) == form) &
                 call print_wrapped(unit, repeat(' ', margin) // label(table%keys(i)), remark(table%keys(i)))
@@ -127,7 +126,7 @@ contains
         integer :: i
 
         write (unit, '(a,/)') '### `' // usage(table%forms(form)) // '`'
-        write (unit, '(a,/)') trim(table%forms(form)%description) // pending(table%forms(form)%available)
+        write (unit, '(a,/)') trim(table%forms(form)%description)
         if (table%forms(form)%last_key < table%forms(form)%first_key) return
         own = any([(first_form_with(table, form, i) == form, i=table%forms(form)%first_key, &
                     table%forms(form)%last_key)])
@@ -136,7 +135,7 @@ contains
             if (first_form_with(table, form, i) /= form) cycle
             associate (key => table%keys(i))
                 write (unit, '(a)') '| `' // trim(key%name) // '` | ' // default_text(key) // ' | ' // &
-                    takes(key) // ' | ' // trim(key%description) // waiting(key) // ' |'
+                    takes(key) // ' | ' // trim(key%description) // ' |'
             end associate
         end do
         if (own) write (unit, '(a)') ''
@@ -199,14 +198,6 @@ contains
         if (form%command == 'GENTBEAM') line = line // ' title'
     end function usage
 
-    pure function pending(available) result(words)
-        logical, intent(in) :: available
-        character(:), allocatable :: words
-
-        words = ''
-        if (.not. available) words = ' Not available yet.'
-    end function pending
-
     !> Name and mark of a key, in a column.
     pure function label(key) result(column)
         type(key_t), intent(in) :: key
@@ -223,20 +214,7 @@ contains
 
         line = trim(key%description) // '; ' // takes(key)
         if (key%default /= '') line = line // ' (' // trim(key%default) // ')'
-        line = line // waiting(key)
     end function remark
-
-    pure function waiting(key) result(words)
-        type(key_t), intent(in) :: key
-        character(:), allocatable :: words
-
-        words = ''
-        if (.not. key%available) then
-            words = '; not available yet'
-        else if (key%coming /= '') then
-            words = '; not available yet: ' // join_words(split_words(key%coming), 'and')
-        end if
-    end function waiting
 
     pure function default_text(key) result(words)
         type(key_t), intent(in) :: key

@@ -167,9 +167,7 @@ contains
         end if
         if (command%form > 0) then
             command%title = table%title(command%form)
-            if (table%forms(command%form)%available) return
-            call diagnostics%add(at, command%title // ' is not available yet')
-            command%form = 0
+            return
         end if
         command%sound = .false.
     end subroutine take_variant
@@ -292,13 +290,8 @@ contains
                     value%given = .true.
                     value%text = ''
                     value%key_at = statement%tokens(i)%at
-                    if (table%keys(key)%available) then
-                        call parse_value(text, statement%tokens(i + 2), table%keys(key), parameters, &
-                            diagnostics, value, sound)
-                    else
-                        call diagnostics%add(value%key_at, trim(table%keys(key)%name) // &
-                            '= is not available yet')
-                    end if
+                    call parse_value(text, statement%tokens(i + 2), table%keys(key), parameters, &
+                        diagnostics, value, sound)
                 end if
             end associate
         end if
@@ -447,7 +440,7 @@ contains
             do i = 1, size(command%values)
                 associate (key => table%keys(form%first_key + i - 1), given => command%values(i)%given)
                     if (key%required .and. .not. given) call append(missing, n_missing, key%name)
-                    if (key%one_of .and. key%available) call append(choices, n_choices, key%name)
+                    if (key%one_of) call append(choices, n_choices, key%name)
                     one_given = one_given .or. (key%one_of .and. given)
                 end associate
             end do

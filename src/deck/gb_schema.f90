@@ -42,9 +42,7 @@ module gb_schema
         real(wp) :: default_number = 0.0_wp     !! what a number's default says; 0 where it is in words
         type(range_t) :: range
         character(48) :: choices = ''           !! separated by blanks
-        character(24) :: coming = ''            !! choices that are not available yet
         character(1) :: variable = ''           !! of a formula
-        logical :: available = .true.
         character(100) :: description = ''
     end type key_t
 
@@ -58,7 +56,6 @@ module gb_schema
         integer :: part = part_model
         logical :: once = .false.               !! a second one is an error
         logical :: open = .false.               !! keys are names of the user's own
-        logical :: available = .true.
         character(120) :: description = ''
         integer :: first_key = 1, last_key = 0  !! in the schema's list of keys
     end type form_t

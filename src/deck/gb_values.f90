@@ -216,9 +216,6 @@ contains
         if (.not. sound) then
             call diagnostics%add(at, quoted(trim(key%name)) // ' must be ' // join_words(choices, 'or') // &
                                  ', and is ' // quoted(word), hint=suggestion(word, choices, diagnostics))
-        else if (any(split_words(key%coming) == word)) then
-            call diagnostics%add(at, trim(key%name) // '=' // word // ' is not available yet')
-            sound = .false.
         end if
     end subroutine check_choice
 

@@ -9,6 +9,7 @@ module gb_results
     use gb_resume, only: find_source
     use gb_hdf5_input, only: hid_t, open_file, close_file, get_numbers, get_rows
     use gb_results_header, only: write_header, write_units, write_mesh, now
+    use gb_results_tuning, only: write_tuning
     use gb_results_recovery, only: recovery_series_t, write_stations
     use gb_fields, only: n_fields, field_names, field_length_power
     use gb_model, only: units_t
@@ -138,6 +139,8 @@ contains
         if (.not. allocated(error) .and. (self%output%strain .or. self%output%stress)) then
             call write_stations(self%archive, mesh, self%gauge, self%units, error)
         end if
+        if (allocated(problem%tuning) .and. .not. allocated(error)) call write_tuning(self%archive, problem, &
+            error)
         self%published_at = self%opened_at
     end subroutine begin_file
 

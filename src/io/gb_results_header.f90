@@ -83,6 +83,9 @@ contains
                 stored_int8, '', '1 where a field (u1 u3 y1 y3 xi) is fixed', error)
             if (.not. allocated(error)) call archive%put(group, 'thickness', model%sections(mesh%section)%h, &
                 model%units%length, 'thickness h of every element', error)
+            if (model%points_are_chosen .and. .not. allocated(error)) call archive%put(group, 'points', &
+                model%sections(mesh%section)%points, stored_int32, '', &
+                'Gauss points through the thickness of every element, as chosen by rule=auto', error)
         end associate
     end subroutine write_mesh
 

@@ -22,6 +22,7 @@ module gb_model
         type(section_t), allocatable :: sections(:)
         type(line_t), allocatable :: lines(:)
         type(mesh_t) :: mesh                                !! of the lines
+        logical :: points_are_chosen = .false.              !! those through the thickness, by the program
         type(support_t), allocatable :: supports(:)
         type(prescribed_t), allocatable :: prescribed(:)
         type(history_t), allocatable :: histories(:)        !! the first is the built-in `step`

@@ -4,6 +4,7 @@ module gb_problem
     use gb_model, only: model_t
     use gb_solver_choice, only: solver_auto
     use gb_sweep, only: sweep_t
+    use gb_tuning, only: tuning_t
     implicit none
     private
 
@@ -34,6 +35,9 @@ module gb_problem
         integer :: iterations = 25                  !! Newton iterations a step at most
         integer :: cuts = 10                        !! halvings of a step at most
         integer :: solver = solver_auto             !! static, transient
+        logical :: is_auto = .false.                !! steps (and the mesh) are the program's choice
+        real(wp) :: aim = 0.0_wp                    !! auto: relative error aimed at [-]
+        integer, allocatable :: aim_probes(:)       !! auto: of these probes
         type(safeguard_t) :: safeguard
     end type task_t
 
@@ -61,6 +65,18 @@ module gb_problem
         type(sweep_t) :: sweep                      !! members of a study, if the deck has SWEEPs
         character(:), allocatable :: deck_text      !! as read
         character(:), allocatable :: parameters     !! "name=value" lines, after --set
+        type(tuning_t), allocatable :: tuning       !! what `auto` has chosen, once it has
+    contains
+        procedure :: has_auto
     end type problem_t
+
+contains
+
+    !> Whether a command leaves its mesh and steps to the program.
+    pure logical function has_auto(self)
+        class(problem_t), intent(in) :: self
+
+        has_auto = any(self%tasks%is_auto)
+    end function has_auto
 
 end module gb_problem

@@ -32,6 +32,8 @@ module gb_section
         real(wp) :: h = 0.0_wp              !! thickness [L]
         integer :: rule = rule_gauss
         integer :: points = 3               !! Gauss points through the thickness (rule_gauss)
+        logical :: is_auto = .false.        !! their number is the program's choice
+        real(wp) :: tolerance = 1.0e-3_wp   !! auto: relative error of the stress resultants [-]
         integer :: inertia = inertia_diagonal
     contains
         procedure :: area

@@ -6,6 +6,7 @@ module gb_library
         c_ptr, c_size_t
     use gb_error, only: error_t, status_ok, status_input
     use gb_deck, only: override_t, read_deck, read_source, source_from_text, source_t, diagnostics_t
+    use gb_kinds, only: wp
     use gb_external, only: external_t, build_external
     use gb_initial, only: initial_state
     use gb_array_recorder, only: array_recorder_t
@@ -14,6 +15,8 @@ module gb_library
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
     use gb_memory, only: memory_t
+    use gb_log, only: log_t, log_quiet
+    use gb_make_choices, only: make_choices
     use gb_task, only: run_task
     use gb_threads, only: use_one_blas_thread
     use gb_version, only: program_version
@@ -88,6 +91,7 @@ contains
         type(external_t) :: external
         type(state_t) :: state
         type(memory_t) :: memory
+        type(log_t) :: log
         logical :: has_velocities
         integer :: i
 
@@ -107,6 +111,10 @@ contains
                 return
             end if
             call use_one_blas_thread()
+            log%level = log_quiet
+            call make_choices(problem, log, 0.0_wp, error)
+        end if
+        if (.not. allocated(error)) then
             system = build_system(problem%model)
             external = build_external(problem%model)
             call result%kept%open(problem, build_recovery(problem%model, system))

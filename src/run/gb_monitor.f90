@@ -15,6 +15,7 @@ module gb_monitor
     use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, read_checkpoint, write_checkpoint
     use gb_files, only: is_same_file
     use gb_results, only: results_t
+    use gb_tuning, only: tuning_t
     use gb_watch, only: watch_t
     implicit none
     private
@@ -25,6 +26,7 @@ module gb_monitor
         type(probe_t), allocatable :: probes(:)
         type(sensor_t), allocatable :: sensors(:)
         type(extremes_t), allocatable :: extremes(:)
+        type(tuning_t), allocatable :: tuning       !! of a deck with `auto`
         type(task_t) :: task
         type(step_record_t) :: first, last
         logical :: has_energy = .true.              !! whether every section has a stored energy
@@ -81,6 +83,7 @@ contains
         self%log%level = log_level
         self%origin = origin_of(problem)
         self%probes = problem%probes
+        if (allocated(problem%tuning)) self%tuning = problem%tuning
         self%has_energy = .not. problem%model%has_no_potential()
         allocate (self%extremes(size(self%probes)))
         self%sensors = [(place_sensor(problem%model%mesh, self%probes(i)), i=1, size(self%probes))]
@@ -403,10 +406,27 @@ contains
             associate (probe => self%probes(i), e => self%extremes(i))
                 call self%log%line('  ' // probe%name // ': largest ' // to_text(e%largest) // at // &
                                    to_text(e%when_largest) // ', smallest ' // to_text(e%smallest) // at // &
-                                   to_text(e%when_smallest))
+                                   to_text(e%when_smallest) // error_bar(self, i))
             end associate
         end do
     end subroutine report_extremes
+
+    !> What `auto` estimates a probe's error to be, root mean square over the command; empty without it.
+    function error_bar(self, probe) result(text)
+        class(monitor_t), intent(in) :: self
+        integer, intent(in) :: probe
+        character(:), allocatable :: text
+        integer :: i
+
+        text = ''
+        if (.not. allocated(self%tuning)) return
+        do i = 1, size(self%tuning%bars)
+            associate (bar => self%tuning%bars(i))
+                if (bar%task == self%number .and. bar%probe == probe) text = '; error bar ' &
+                    // to_text(bar%absolute, 2) // ' (' // to_text(100.0_wp*bar%relative, 2) // ' %)'
+            end associate
+        end do
+    end function error_bar
 
     !> What the running command's energies fail to add up to, zero at its start [F L].
     pure real(wp) function balance(self)

@@ -9,6 +9,7 @@ module gb_run
     use gb_version, only: program_version, git_revision
     use gb_colour, only: has_colours, colour_report, standard_error
     use gb_log, only: log_t
+    use gb_make_choices, only: make_choices
     use gb_capacity, only: lacks_memory
     use gb_sketch, only: draw_model
     use gb_posix, only: ignore_write_signals
@@ -115,7 +116,9 @@ contains
             return
         end if
         if (share%members == 0) then
-            call check_memory(problem, error)
+            call use_one_blas_thread()
+            call make_choices(problem, log, options%max_seconds, error)
+            if (.not. allocated(error)) call check_memory(problem, error)
             if (.not. allocated(error)) call solve_problem(problem, options, error)
             return
         end if
@@ -170,7 +173,6 @@ contains
         logical :: has_velocities
         integer :: i
 
-        call use_one_blas_thread()
         system = build_system(problem%model)
         call monitor%watch%begin(options%max_seconds)
         if (len(options%restart) > 0) then

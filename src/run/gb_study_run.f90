@@ -4,6 +4,7 @@ module gb_study_run
     use gb_kinds, only: wp, i8
     use gb_lanes, only: lanes
     use gb_deck, only: recipe_t, read_member, diagnostics_t
+    use gb_choose_points, only: choose_points
     use gb_error, only: error_t, raise, status_solution, status_file, status_interrupted
     use gb_log, only: log_t
     use gb_member, only: member_t, member_complete, member_failed, member_waiting
@@ -212,6 +213,7 @@ contains
         integer, intent(in) :: number
         type(member_t), intent(inout) :: member
         type(diagnostics_t) :: diagnostics
+        type(error_t), allocatable :: error
 
         member%number = number
         member%values = self%sweep%values(number)
@@ -226,6 +228,9 @@ contains
             member%message = first_line(self%recipe%render(diagnostics))
         end if
         !$omp end critical (gb_deck)
+        if (.not. allocated(member%problem)) return
+        ! An error here is a signal: the study is about to stop.
+        if (any(member%problem%model%sections%is_auto)) call choose_points(member%problem, 0.0_wp, error)
     end subroutine make
 
     pure function first_line(text) result(line)

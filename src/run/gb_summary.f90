@@ -92,7 +92,9 @@ contains
         character(:), allocatable :: text
 
         text = section%name // ': b ' // to_text(section%b) // ', h ' // to_text(section%h) // ', rule '
-        if (section%rule == rule_gauss) then
+        if (section%is_auto) then
+            text = text // 'auto, tolerance ' // to_text(section%tolerance)
+        else if (section%rule == rule_gauss) then
             text = text // 'gauss, ' // to_text(section%points) // ' points'
         else
             text = text // 'linear (does not conserve energy exactly)'

@@ -1,0 +1,168 @@
+!> The course of a probe through a command, and how far two courses of it are apart.
+module gb_course
+    use gb_kinds, only: wp
+    implicit none
+    private
+
+    !> Rows of one probe in one command.
+    type, public :: course_t
+        logical :: is_static = .false.              !! only where it ends matters
+        integer :: rows = 0
+        real(wp), allocatable :: t(:)               !! time [T] or load factor [-] (at least rows), increasing
+        real(wp), allocatable :: value(:)           !! (at least rows)
+        real(wp), allocatable :: rate(:)            !! d value/dt as the motion has it (at least rows)
+    contains
+        procedure :: add
+        procedure :: size_of
+        procedure :: angular_frequency
+    end type course_t
+
+    public :: distance, likeness
+
+    integer, parameter :: first_rows = 64           !! room to begin with; it doubles
+    !> Courses are compared at so many instants, or at twice as many as the longer one has rows.
+    integer, parameter :: least_instants = 200, most_instants = 20000
+
+contains
+
+    pure subroutine add(self, t, value, rate)
+        class(course_t), intent(inout) :: self
+        real(wp), intent(in) :: t, value, rate
+        real(wp), allocatable :: more(:)
+
+        if (.not. allocated(self%t)) then
+            allocate (self%t(first_rows), self%value(first_rows), self%rate(first_rows))
+        else if (self%rows == size(self%t)) then
+            allocate (more(self%rows))
+            more = 0.0_wp
+            self%t = [self%t, more]
+            self%value = [self%value, more]
+            self%rate = [self%rate, more]
+        end if
+        self%rows = self%rows + 1
+        self%t(self%rows) = t
+        self%value(self%rows) = value
+        self%rate(self%rows) = rate
+    end subroutine add
+
+    !> What an error of the course is measured by: its root mean square over time; of a static command, the
+    !> largest value on its way.
+    pure real(wp) function size_of(self)
+        class(course_t), intent(in) :: self
+        integer :: instants
+
+        if (self%is_static) then
+            size_of = maxval(abs(self%value(:self%rows)))
+        else
+            instants = number_of_instants(self, self)
+            size_of = norm2(sampled(self, instants))/sqrt(real(instants, wp))
+        end if
+    end function size_of
+
+    !> Root mean square of the difference of two courses over time, or the difference of their ends.
+    pure real(wp) function distance(first, second)
+        type(course_t), intent(in) :: first, second
+        integer :: instants
+
+        if (first%is_static) then
+            distance = abs(first%value(first%rows) - second%value(second%rows))
+        else
+            instants = number_of_instants(first, second)
+            distance = norm2(sampled(first, instants) - sampled(second, instants))/sqrt(real(instants, wp))
+        end if
+    end function distance
+
+    !> How alike two changes of a course are: the cosine of the angle between them, 1 where they have the same
+    !> shape and sign, -1 where one undoes the other; 0 where one is none.
+    pure real(wp) function likeness(from, to, other_from, other_to)
+        type(course_t), intent(in) :: from, to, other_from, other_to
+        real(wp), allocatable :: change(:), other_change(:)
+        real(wp) :: sizes
+        integer :: instants
+
+        if (from%is_static) then
+            change = [from%value(from%rows) - to%value(to%rows)]
+            other_change = [other_from%value(other_from%rows) - other_to%value(other_to%rows)]
+        else
+            instants = max(number_of_instants(from, to), number_of_instants(other_from, other_to))
+            change = sampled(from, instants) - sampled(to, instants)
+            other_change = sampled(other_from, instants) - sampled(other_to, instants)
+        end if
+        sizes = norm2(change)*norm2(other_change)
+        likeness = 0.0_wp
+        if (sizes > 0.0_wp) likeness = dot_product(change, other_change)/sizes
+    end function likeness
+
+    pure integer function number_of_instants(first, second) result(number)
+        type(course_t), intent(in) :: first, second
+
+        number = min(most_instants, max(least_instants, 2*max(first%rows, second%rows)))
+    end function number_of_instants
+
+    !> Values at equidistant instants after the first row, to the last; between rows the cubic that has their
+    !> values, and in each the slope of the parabola through it and its neighbours. (The motion's own rates
+    !> hold vibrations that long steps do not follow; between rows they would swing far out.)
+    pure function sampled(self, instants) result(values)
+        type(course_t), intent(in) :: self
+        integer, intent(in) :: instants
+        real(wp) :: values(instants)
+        real(wp) :: t, s, width, slope, next_slope
+        integer :: i, row, last_row
+
+        last_row = 0
+        row = 1
+        associate (first => self%t(1), last => self%t(self%rows))
+            do i = 1, instants
+                t = first + (last - first)*real(i, wp)/real(instants, wp)
+                do while (row < self%rows - 1 .and. self%t(row + 1) < t)
+                    row = row + 1
+                end do
+                width = self%t(row + 1) - self%t(row)
+                if (row /= last_row) then
+                    slope = slope_at(self, row)
+                    next_slope = slope_at(self, row + 1)
+                    last_row = row
+                end if
+                s = (t - self%t(row))/width
+                values(i) = (1.0_wp + 2.0_wp*s)*(1.0_wp - s)**2*self%value(row) &
+                    + s**2*(3.0_wp - 2.0_wp*s)*self%value(row + 1) &
+                    + s*(1.0_wp - s)*width*((1.0_wp - s)*slope - s*next_slope)
+            end do
+        end associate
+    end function sampled
+
+    !> Slope in a row, of the parabola through it and its neighbours; of the nearest one at the ends.
+    pure real(wp) function slope_at(self, row) result(slope)
+        type(course_t), intent(in) :: self
+        integer, intent(in) :: row
+        real(wp) :: before, after
+        integer :: middle
+
+        if (self%rows < 3) then
+            slope = (self%value(2) - self%value(1))/(self%t(2) - self%t(1))
+            return
+        end if
+        middle = min(max(row, 2), self%rows - 1)
+        associate (t => self%t(middle - 1:middle + 1), value => self%value(middle - 1:middle + 1))
+            before = (value(2) - value(1))/(t(2) - t(1))
+            after = (value(3) - value(2))/(t(3) - t(2))
+            slope = before + (after - before)/(t(3) - t(1))*(2.0_wp*self%t(row) - t(1) - t(2))
+        end associate
+    end function slope_at
+
+    !> Angular frequency of the motion as a whole: of its rate over its deviation from the mean [1/T]; 0 where
+    !> nothing moves, or no rates are known. A rule without numerical damping tells it even at steps that are
+    !> much too long for it.
+    pure real(wp) function angular_frequency(self)
+        class(course_t), intent(in) :: self
+        real(wp) :: mean, deviation
+
+        angular_frequency = 0.0_wp
+        associate (values => self%value(:self%rows), rates => self%rate(:self%rows))
+            mean = sum(values)/real(self%rows, wp)
+            deviation = norm2(values - mean)
+            if (deviation > 0.0_wp) angular_frequency = norm2(rates)/deviation
+        end associate
+    end function angular_frequency
+
+end module gb_course

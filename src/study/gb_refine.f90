@@ -1,0 +1,171 @@
+!> Refines whichever of mesh and step holds a prediction up, until a setting can be chosen that is good
+!> enough.
+module gb_refine
+    use gb_kinds, only: wp
+    use gb_error, only: error_t, raise, status_solution
+    use gb_findings, only: findings_t, set_elements, climb_finer, learn_axes, learn_forecast, &
+        has_transients, most_elements, most_steps
+    use gb_ladder, only: ladder_t
+    use gb_section, only: inertia_diagonal, inertia_full
+    use gb_text, only: to_text
+    use gb_trial, only: work_of_iteration
+    use gb_tuning, only: setting_t, n_sources, source_mesh, source_time, source_thickness, source_inertia
+    implicit none
+    private
+
+    !> Part of the accuracy that is used: predictions may be a little off.
+    real(wp), parameter :: used_part = 0.9_wp
+    !> Numbers of steps that are looked at grow by this factor.
+    real(wp), parameter :: step_growth = 1.08_wp
+    !> From one trial of the steps to the next they grow by these factors.
+    real(wp), parameter :: least_growth = 1.4_wp, most_growth = 4.0_wp, surplus = 1.1_wp
+    !> A further trial is worthwhile if the work with it seems to be this part of that without it.
+    real(wp), parameter :: worthwhile_part = 0.7_wp
+    !> Part of what remains that the mesh may take before it counts as the one to refine.
+    real(wp), parameter :: mesh_part = 0.35_wp
+
+    public :: refine
+
+contains
+
+    !> Refine whichever of mesh and step holds the prediction up, until a setting is good enough; choose the
+    !> cheapest.
+    subroutine refine(ladder, found, chosen, parts, error)
+        type(ladder_t), intent(inout) :: ladder
+        type(findings_t), intent(inout) :: found
+        type(setting_t), intent(out) :: chosen
+        real(wp), intent(out) :: parts(n_sources)
+        type(error_t), allocatable, intent(out) :: error
+        integer :: number
+        real(wp) :: growth
+        logical :: is_chosen
+
+        do
+            call choose(ladder, found, chosen, parts, growth, is_chosen)
+            if (is_chosen) return
+            if (growth > 0.0_wp) then
+                associate (levels => size(found%time))
+                    growth = growth*found%steps(levels)
+                    if (growth*real(found%base%n_steps(), wp) > most_steps) exit
+                    call climb_finer(ladder, found, 1, growth, found%time(levels), number, error)
+                    found%time = [found%time, number]
+                    found%steps = [found%steps, growth]
+                end associate
+            else
+                associate (levels => size(found%mesh))
+                    if (found%n*2.0_wp**levels > most_elements) exit
+                    call climb_finer(ladder, found, 2**levels, 1.0_wp, found%mesh(levels), number, error)
+                    found%mesh = [found%mesh, number]
+                end associate
+            end if
+            if (allocated(error)) return
+            if (ladder%has_failed(number)) then
+                call raise(error, status_solution, 'a finer trial failed: ' // ladder%rungs(number)%failure)
+                return
+            end if
+            call learn_axes(ladder, found)
+        end do
+        call raise(error, status_solution, 'accuracy=' // to_text(ladder%accuracy) &
+            // ' is out of reach: with ' // to_text(ladder%rungs(found%mesh(size(found%mesh)))% &
+            setting%n_elements()) // ' elements and ' &
+            // to_text(ladder%rungs(found%time(size(found%time)))%setting%n_steps()) &
+            // ' steps the estimates are ' // to_text(found%mesh_axis%error(size(found%mesh)), 3) &
+            // ' for the mesh and ' // to_text(found%time_axis%error(size(found%time)), 3) &
+            // ' for the steps')
+    end subroutine refine
+
+    !> The cheapest setting that is good enough; or, where none is within reach, or a cheaper one seems to lie
+    !> a little beyond it, by how much the steps are to grow for the next trial. 0 where the mesh is to.
+    subroutine choose(ladder, found, chosen, parts, growth, is_chosen)
+        type(ladder_t), intent(in) :: ladder
+        type(findings_t), intent(inout) :: found
+        type(setting_t), intent(out) :: chosen
+        real(wp), intent(out) :: parts(n_sources)   !! errors of the choice, by source [-]
+        real(wp), intent(out) :: growth
+        logical, intent(out) :: is_chosen
+        type(setting_t) :: needed
+        real(wp) :: needed_parts(n_sources), work, needed_work, mesh_error, time_error
+
+        call learn_forecast(ladder, found)
+        growth = 0.0_wp
+        call choose_within(ladder, found, found%time_axis%largest_size(), chosen, parts, work)
+        is_chosen = work < huge(work)
+        if (.not. has_transients(ladder%problem)) return
+        call choose_within(ladder, found, most_steps, needed, needed_parts, needed_work)
+        if (needed_work < huge(work)) then
+            growth = surplus*real(needed%n_steps(), wp)/found%time_axis%largest_size()
+            growth = min(most_growth, max(least_growth, growth))
+            needed_work = needed_work + work_of_iteration(found%base, ladder%has_block)*growth &
+                *found%steps(size(found%steps))*real(found%base%n_steps(), wp)
+        end if
+        if (is_chosen) then
+            is_chosen = work <= needed_work/worthwhile_part .or. growth <= 0.0_wp
+            return
+        end if
+        mesh_error = found%mesh_axis%error_at(found%mesh_axis%largest_size())
+        time_error = found%time_axis%error_at(found%time_axis%largest_size())
+        if (mesh_error*(1.0_wp - mesh_part) >= time_error*mesh_part) growth = 0.0_wp
+    end subroutine choose
+
+    !> The cheapest setting of so many steps at most whose forecast is below the accuracy.
+    subroutine choose_within(ladder, found, most, chosen, parts, work)
+        type(ladder_t), intent(in) :: ladder
+        type(findings_t), intent(in) :: found
+        real(wp), intent(in) :: most                !! steps
+        type(setting_t), intent(out) :: chosen
+        real(wp), intent(out) :: parts(n_sources)   !! errors of the choice, by source [-]
+        real(wp), intent(out) :: work               !! in iterations; huge where there is none
+        type(setting_t) :: setting
+        real(wp) :: n
+
+        parts = 0.0_wp
+        work = huge(work)
+        setting = found%base
+        setting%points = found%points
+        n = found%n
+        do while (n <= found%mesh_axis%largest_size())
+            call set_elements(ladder, n, setting)
+            setting%inertia = inertia_diagonal
+            call choose_steps(ladder, found, n, setting, most, work, chosen, parts)
+            if (found%fuller > 0) then
+                setting%inertia = inertia_full
+                call choose_steps(ladder, found, n, setting, most, work, chosen, parts)
+            end if
+            n = max(n + 1.0_wp, step_growth*n)
+        end do
+    end subroutine choose_within
+
+    !> The fewest steps with which a mesh and an inertia are good enough, if that is the cheapest so far.
+    subroutine choose_steps(ladder, found, n, setting, most, least_cost, chosen, parts)
+        type(ladder_t), intent(in) :: ladder
+        type(findings_t), intent(in) :: found
+        real(wp), intent(in) :: n                   !! elements asked for
+        type(setting_t), intent(in) :: setting
+        real(wp), intent(in) :: most                !! steps
+        real(wp), intent(inout) :: least_cost
+        type(setting_t), intent(inout) :: chosen
+        real(wp), intent(inout) :: parts(n_sources)
+        real(wp) :: sizes(n_sources), first, steps, cost
+
+        sizes(source_mesh) = found%mesh_axis%error_at(n)
+        sizes(source_thickness) = found%thickness
+        sizes(source_inertia) = merge(found%inertia, 0.0_wp, setting%inertia /= inertia_full)
+        sizes(source_time) = 0.0_wp
+        first = real(found%base%n_steps(), wp)
+        steps = first
+        do while (steps <= most)
+            cost = work_of_iteration(setting, ladder%has_block)*steps
+            if (cost >= least_cost) return
+            if (has_transients(ladder%problem)) sizes(source_time) = found%time_axis%error_at(steps)
+            if (found%forecast%largest(sizes) <= used_part*ladder%accuracy) then
+                least_cost = cost
+                chosen = setting
+                chosen%steps = ceiling(found%base%steps*(steps/first))
+                parts = sizes
+                return
+            end if
+            steps = step_growth*steps
+        end do
+    end subroutine choose_steps
+
+end module gb_refine

@@ -1,0 +1,263 @@
+!> One setting tried: the deck's problem with it, run to its end, and the courses of the probes that matter.
+module gb_trial
+    use gb_kinds, only: wp
+    use gb_error, only: error_t, raise, status_interrupted
+    use gb_course, only: course_t
+    use gb_external, only: external_t, build_external
+    use gb_initial, only: initial_state
+    use gb_log, only: log_t
+    use gb_memory, only: memory_t
+    use gb_mesh, only: build_mesh
+    use gb_pieces, only: piece_t, mesh_pieces
+    use gb_problem, only: problem_t, task_t, task_static, task_modal, task_transient, quantity_displacement, &
+        quantity_velocity, quantity_acceleration
+    use gb_recorder, only: recorder_t, step_record_t
+    use gb_section, only: rule_gauss, inertia_full
+    use gb_sensor, only: sensor_t, place_sensor
+    use gb_signals, only: has_caught_signal
+    use gb_state, only: state_t
+    use gb_system, only: system_t, build_system
+    use gb_task, only: run_task
+    use gb_tuning, only: setting_t
+    implicit none
+    private
+
+    !> What one probe of one command has told.
+    type, public :: channel_t
+        integer :: task = 0, probe = 0              !! numbers in the problem's lists
+        type(course_t) :: course
+    end type channel_t
+
+    type, public :: trial_t
+        type(channel_t), allocatable :: channels(:)
+        real(wp) :: work = 0.0_wp                   !! elements times Newton iterations, weighed [-]
+        real(wp) :: cpu_seconds = 0.0_wp
+        character(:), allocatable :: failure        !! why it came to no end, or empty
+    end type trial_t
+
+    !> Follows the probes that matter; knows no file.
+    type, extends(recorder_t) :: follower_t
+        type(channel_t), allocatable :: channels(:)
+        type(sensor_t), allocatable :: values(:), rates(:)  !! of the channels
+        logical, allocatable :: has_rate(:)         !! accelerations have none
+        integer :: task = 0                         !! number of the running command
+        integer :: iterations = 0                   !! of all commands
+        type(log_t) :: log                          !! for its progress bar
+        real(wp) :: deadline = 0.0_wp               !! CPU time at which to stop [s]; 0: none
+        real(wp) :: start_energy = 0.0_wp, largest_energy = 0.0_wp, largest_drift = 0.0_wp  !! [F L]
+        logical :: is_lost = .false.                !! the energy balance of some command does not hold
+    contains
+        procedure :: begin_task
+        procedure :: record_step
+        procedure :: record_modes
+        procedure :: end_task
+        procedure :: note
+    end type follower_t
+
+    public :: try_setting, apply_setting, work_of_iteration
+
+    !> Work of an iteration in an element, by its nodes, in units of the block solver's three-node element:
+    !> measured (docs/choosing-a-model.md). The block solver takes three nodes and constant inertia.
+    real(wp), parameter :: block_work = 1.0_wp, work_of_order(2:5) = [1.7_wp, 3.6_wp, 6.9_wp, 11.4_wp]
+    real(wp), parameter :: full_inertia_work = 5.1_wp, point_work = 0.06_wp
+    !> A step that must be halved more often is too long to tell anything.
+    integer, parameter :: most_cuts = 3
+    !> An energy balance that is off by this part of the largest energy: the scheme has lost its footing.
+    real(wp), parameter :: lost_part = 0.5_wp
+
+contains
+
+    !> The deck's problem with a setting in place of its mesh, rules and steps.
+    function apply_setting(problem, pieces, setting, tolerance) result(tuned)
+        type(problem_t), intent(in) :: problem
+        type(piece_t), intent(in) :: pieces(:)
+        type(setting_t), intent(in) :: setting
+        real(wp), intent(in) :: tolerance           !! of Newton's method in the commands that are tuned
+        type(problem_t) :: tuned
+        integer :: i
+
+        tuned = problem
+        tuned%model%lines = mesh_pieces(pieces, setting%elements, setting%nodes)
+        tuned%model%mesh = build_mesh(tuned%model%lines)
+        tuned%model%sections%rule = rule_gauss
+        tuned%model%sections%is_auto = .false.
+        tuned%model%sections%points = setting%points
+        tuned%model%sections%inertia = setting%inertia
+        do i = 1, size(tuned%tasks)
+            associate (task => tuned%tasks(i))
+                if (.not. task%is_auto) cycle
+                task%tolerance = tolerance
+                if (task%kind == task_static) then
+                    task%steps = setting%steps(i)
+                else
+                    task%scheme = trim(setting%scheme)
+                    task%rho = 0.0_wp               ! of bathe
+                    task%step = task%end_time/real(setting%steps(i), wp)
+                end if
+            end associate
+        end do
+    end function apply_setting
+
+    !> Run the problem, which a setting has been applied to. Only what somebody outside wants (to stop) is an
+    !> error; a trial that fails says so.
+    subroutine try_setting(problem, setting, has_block, deadline, log, trial, error)
+        type(problem_t), intent(in) :: problem
+        type(setting_t), intent(in) :: setting
+        logical, intent(in) :: has_block            !! whether the block solver takes the scene at all
+        real(wp), intent(in) :: deadline            !! CPU time at which to stop [s]; 0: none
+        type(log_t), intent(in) :: log              !! shows progress
+        type(trial_t), intent(out) :: trial
+        type(error_t), allocatable, intent(out) :: error
+        type(follower_t) :: follower
+        type(system_t) :: system
+        type(external_t) :: external
+        type(state_t) :: state
+        type(memory_t) :: memory
+        type(problem_t) :: hasty
+        logical :: has_velocities
+        real(wp) :: start, finish
+        integer :: i
+
+        call cpu_time(start)
+        hasty = problem
+        where (hasty%tasks%is_auto) hasty%tasks%cuts = most_cuts
+        follower%deadline = deadline
+        follower%log = log
+        call follower%log%start_bar()
+        call open_channels(follower, problem)
+        system = build_system(problem%model)
+        external = build_external(problem%model)
+        call initial_state(problem%model, system, state, error)
+        has_velocities = .true.
+        do i = 1, size(problem%tasks)
+            if (allocated(error)) exit
+            follower%task = i
+            if (problem%tasks(i)%kind == task_modal) cycle
+            call run_task(hasty, i, system, external, .false., memory, has_velocities, state, follower, &
+                error)
+        end do
+        call follower%log%clear_bar()
+        call cpu_time(finish)
+        trial%cpu_seconds = finish - start
+        trial%work = work_of_iteration(setting, has_block)*real(follower%iterations, wp)
+        call move_alloc(follower%channels, trial%channels)
+        trial%failure = ''
+        if (.not. allocated(error)) then
+            if (follower%is_lost) trial%failure = 'the energy balance does not hold'
+            return
+        end if
+        if (error%status == status_interrupted) return
+        trial%failure = error%message
+        deallocate (error)
+    end subroutine try_setting
+
+    !> Work of a Newton iteration.
+    pure real(wp) function work_of_iteration(setting, has_block) result(work)
+        type(setting_t), intent(in) :: setting
+        logical, intent(in) :: has_block            !! whether the block solver takes the scene at all
+
+        work = work_of_order(setting%nodes)
+        if (setting%nodes == 3 .and. has_block) work = block_work
+        if (setting%inertia == inertia_full) work = full_inertia_work*work_of_order(setting%nodes) &
+            /work_of_order(3)
+        work = work*(1.0_wp + point_work*real(setting%points - 3, wp))*real(setting%n_elements(), wp)
+    end function work_of_iteration
+
+    subroutine open_channels(follower, problem)
+        type(follower_t), intent(inout) :: follower
+        type(problem_t), intent(in) :: problem
+        integer :: i, k, n
+
+        n = 0
+        do i = 1, size(problem%tasks)
+            if (problem%tasks(i)%is_auto) n = n + size(problem%tasks(i)%aim_probes)
+        end do
+        allocate (follower%channels(n), follower%values(n), follower%rates(n), follower%has_rate(n))
+        n = 0
+        do i = 1, size(problem%tasks)
+            if (.not. problem%tasks(i)%is_auto) cycle
+            do k = 1, size(problem%tasks(i)%aim_probes)
+                n = n + 1
+                associate (channel => follower%channels(n), probe => &
+                    problem%probes(problem%tasks(i)%aim_probes(k)))
+                    channel%task = i
+                    channel%probe = problem%tasks(i)%aim_probes(k)
+                    channel%course%is_static = problem%tasks(i)%kind == task_static
+                    follower%values(n) = place_sensor(problem%model%mesh, probe)
+                    follower%rates(n) = follower%values(n)
+                    follower%has_rate(n) = probe%quantity /= quantity_acceleration
+                    if (probe%quantity == quantity_displacement) then
+                        follower%rates(n)%quantity = quantity_velocity
+                    else
+                        follower%rates(n)%quantity = quantity_acceleration
+                    end if
+                end associate
+            end do
+        end do
+    end subroutine open_channels
+
+    subroutine begin_task(self, task, error)
+        class(follower_t), intent(inout) :: self
+        type(task_t), intent(in) :: task
+        type(error_t), allocatable, intent(out) :: error
+
+        self%largest_energy = 0.0_wp
+        self%largest_drift = 0.0_wp
+    end subroutine begin_task
+
+    subroutine record_step(self, step, state, error)
+        class(follower_t), intent(inout) :: self
+        type(step_record_t), intent(in) :: step
+        type(state_t), intent(in) :: state
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: now, rate, energy
+        integer :: i
+
+        if (has_caught_signal()) then
+            call raise(error, status_interrupted, 'stopped')
+            return
+        else if (self%deadline > 0.0_wp) then
+            call cpu_time(now)
+            if (now > self%deadline) then
+                call raise(error, status_interrupted, 'stopped')
+                return
+            end if
+        end if
+        self%iterations = self%iterations + step%iterations
+        call self%log%show_bar(step%progress)
+        energy = step%kinetic + step%strain - step%external + step%dissipated
+        if (step%number == 0) self%start_energy = step%kinetic + step%strain
+        self%largest_energy = max(self%largest_energy, abs(step%kinetic), abs(step%strain), &
+            abs(step%external))
+        self%largest_drift = max(self%largest_drift, abs(energy - self%start_energy))
+        do i = 1, size(self%channels)
+            associate (channel => self%channels(i))
+                if (channel%task /= self%task) cycle
+                rate = 0.0_wp
+                if (self%has_rate(i)) rate = self%rates(i)%reading(state)
+                call channel%course%add(step%abscissa, self%values(i)%reading(state), rate)
+            end associate
+        end do
+    end subroutine record_step
+
+    !> Natural modes are not looked for in a trial: nothing depends on them.
+    subroutine record_modes(self, frequency, modes, error)
+        class(follower_t), intent(inout) :: self
+        real(wp), intent(in) :: frequency(:), modes(:, :)
+        type(error_t), allocatable, intent(out) :: error
+    end subroutine record_modes
+
+    subroutine end_task(self, failure, error)
+        class(follower_t), intent(inout) :: self
+        type(error_t), allocatable, intent(in) :: failure
+        type(error_t), allocatable, intent(out) :: error
+
+        self%is_lost = self%is_lost .or. self%largest_drift > lost_part*self%largest_energy
+    end subroutine end_task
+
+    subroutine note(self, text)
+        class(follower_t), intent(inout) :: self
+        character(*), intent(in) :: text
+    end subroutine note
+
+end module gb_trial
