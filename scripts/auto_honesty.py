@@ -19,7 +19,6 @@ import os
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -215,21 +214,117 @@ def measure(scene):
     return row
 
 
+def write_csv(path, rows):
+    with open(path, "w", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, restval="", lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row.items()})
+
+
+def read_csv(path):
+    with open(path, newline="") as file:
+        return [{k: number(v) for k, v in row.items()} for row in csv.DictReader(file)]
+
+
+def number(word):
+    try:
+        return float(word)
+    except ValueError:
+        return word
+
+
+def cells(row, width=3):
+    """The row of the page's table."""
+    if row["estimate"] == "":
+        return f"| {row['scene']} | {row['accuracy']:g} | {row['chosen']} | | | | | |"
+    ratios = ("ratio", "process_ratio", "loop_ratio")
+    words = [f"{row[k]:.{width - 1}g}" if row.get(k, "") != "" else "-" for k in ratios]
+    return (
+        f"| {row['scene']} | {row['accuracy']:g} | {row['chosen']} | {row['estimate']:.2g} | "
+        f"{row['true_error']:.2g} | {words[0]} | {words[1]} | {words[2]} |"
+    )
+
+
+def write_page(rows):
+    head = (
+        "| scene | accuracy | chosen | estimate | true error | true/estimate | cost/best, process | "
+        "cost/best, loop |\n|---|---|---|---|---|---|---|---|"
+    )
+    text = PAGE.read_text()
+    table = "\n".join([head, *(cells(row) for row in rows)])
+    before, after = text.index(BEGIN) + len(BEGIN), text.index(END)
+    PAGE.write_text(f"{text[:before]}\n\n{table}\n\n{text[after:]}")
+
+
+def draw(rows, path):
+    rows = [row for row in rows if row["estimate"] != ""]
+    with plt.rc_context(STYLE):
+        figure = plt.figure(figsize=(170 * MILLIMETRES, 112 * MILLIMETRES))
+        draw_honesty(figure.add_axes((0.085, 0.11, 0.40, 0.80)), rows)
+        draw_cost(figure.add_axes((0.685, 0.11, 0.295, 0.80)), rows)
+        save_picture(figure, path)
+
+
+def draw_honesty(axis, rows):
+    limits = np.array([3e-6, 5e-2])
+    axis.fill_between(limits, 0.1 * limits, 2 * limits, color="#E6EEF6", linewidth=0)
+    axis.plot(limits, limits, "-", color="0.6", linewidth=0.7)
+    looks = ((True, COLOURS[2], "o", "TRANSIENT"), (False, COLOURS[1], "s", "STATIC"))
+    for moving, colour, marker, label in looks:
+        mine = [row for row in rows if (row["loop_ratio"] != "") == moving]
+        axis.loglog(
+            [row["estimate"] for row in mine],
+            [row["true_error"] for row in mine],
+            marker,
+            color=colour,
+            markersize=4,
+            markerfacecolor="none",
+            label=f"{label} auto",
+        )
+    axis.set(xlim=limits, ylim=(1e-6, 5e-2), xlabel="estimated error", ylabel="true error")
+    axis.set_title("error bars: true against estimated", loc="left")
+    axis.text(2.2e-4, 7e-6, "band: true/estimate\nfrom 0.1 to 2", color="0.4", fontsize=8)
+    axis.legend(frameon=False, loc="upper left", fontsize=8)
+
+
+def draw_cost(axis, rows):
+    places = np.arange(len(rows))[::-1]
+    axis.axvline(4, color="0.6", linewidth=0.7, linestyle="--")
+    axis.axvline(1, color="0.6", linewidth=0.7)
+    process, loop = ([row[k] or np.nan for row in rows] for k in ("process_ratio", "loop_ratio"))
+    axis.semilogx(process, places, "o", color=COLOURS[2], markersize=3.5, label="whole process")
+    axis.semilogx(
+        loop, places, "d", color=COLOURS[6], markersize=3.5, markerfacecolor="none", label="without start-up"
+    )
+    axis.set_yticks(places, [row["scene"] for row in rows], fontsize=6.5)
+    axis.set_ylim(-0.7, len(rows) - 0.3)
+    axis.set_xlabel("CPU time over that of the best setting by hand", fontsize=8)
+    axis.set_title("cost, all trials included", loc="left")
+    axis.legend(frameon=False, loc="upper right", fontsize=7, bbox_to_anchor=(1.02, 0.3))
+
+
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--scene", help="only scenes whose name holds this")
-    parser.add_argument("--jobs", type=int, default=1, help="scenes measured side by side (times suffer)")
+    parser.add_argument("--scene", help="only scenes whose name holds this; nothing is written")
+    parser.add_argument("--draw", action="store_true", help="measure nothing: page and picture from the CSV")
     args = parser.parse_args()
-    scenes = [scene for scene in all_scenes() if not args.scene or args.scene in scene.name]
-    rows = []
-    with ThreadPoolExecutor(args.jobs) as pool:
-        for row in pool.map(measure, scenes):
-            rows.append(row)
-            print({k: (f"{v:.3g}" if isinstance(v, float) else v) for k, v in row.items()}, flush=True)
-    if args.scene:
-        return
+    table = PICTURES / "auto.csv"
+    if not args.draw:
+        rows = []
+        for scene in all_scenes():
+            if args.scene and args.scene not in scene.name:
+                continue
+            rows.append(measure(scene))
+            print({k: f"{v:.3g}" if isinstance(v, float) else v for k, v in rows[-1].items()}, flush=True)
+        if args.scene:
+            return
+        write_csv(table, rows)
+    rows = read_csv(table)
+    write_page(rows)
+    draw(rows, PICTURES / "auto.png")
 
 
 if __name__ == "__main__":

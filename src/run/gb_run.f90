@@ -31,6 +31,7 @@ module gb_run
     use gb_monitor, only: monitor_t
     use gb_needs, only: memory_needed
     use gb_share, only: share_t
+    use gb_signals, only: watch_signals
     use gb_study_options, only: choose_share, choose_threads
     use gb_study_run, only: run_sweep
     implicit none
@@ -117,9 +118,7 @@ contains
         end if
         if (share%members == 0) then
             call use_one_blas_thread()
-            call make_choices(problem, log, options%max_seconds, error)
-            if (.not. allocated(error)) call check_memory(problem, error)
-            if (.not. allocated(error)) call solve_problem(problem, options, error)
+            call choose_and_solve(problem, options, log, error)
             return
         end if
         call check_study(problem, options, error)
@@ -127,6 +126,26 @@ contains
         if (.not. allocated(error)) call check_memory(problem, error)
         if (.not. allocated(error)) call run_sweep(problem, recipe, share, threads, options%log_level, error)
     end subroutine run_deck
+
+    !> Decide what the deck leaves open, and run it. What the deciding takes counts for --max-time.
+    subroutine choose_and_solve(problem, options, log, error)
+        type(problem_t), intent(inout) :: problem
+        type(options_t), intent(in) :: options
+        type(log_t), intent(inout) :: log
+        type(error_t), allocatable, intent(out) :: error
+        real(wp), parameter :: least_seconds = 1.0e-3_wp    ! 0 would be no limit
+        real(wp) :: before, after, seconds_left
+
+        call cpu_time(before)
+        call watch_signals()
+        call make_choices(problem, log, options%max_seconds, error)
+        if (.not. allocated(error)) call check_memory(problem, error)
+        if (allocated(error)) return
+        call cpu_time(after)
+        seconds_left = options%max_seconds
+        if (seconds_left > 0.0_wp) seconds_left = max(least_seconds, seconds_left - (after - before))
+        call solve_problem(problem, options, seconds_left, error)
+    end subroutine choose_and_solve
 
     !> What a study of many members does not have.
     subroutine check_study(problem, options, error)
@@ -161,9 +180,10 @@ contains
 
     !> Run the solution commands in their order, each from the state the last one left; or those that a
     !> checkpoint leaves to do.
-    subroutine solve_problem(problem, options, error)
+    subroutine solve_problem(problem, options, max_seconds, error)
         type(problem_t), intent(in) :: problem
         type(options_t), intent(in) :: options
+        real(wp), intent(in) :: max_seconds         !! wall time that it may take [s]; 0: no limit
         type(error_t), allocatable, intent(out) :: error
         type(monitor_t) :: monitor
         type(checkpoint_t) :: checkpoint
@@ -174,7 +194,7 @@ contains
         integer :: i
 
         system = build_system(problem%model)
-        call monitor%watch%begin(options%max_seconds)
+        call monitor%watch%begin(max_seconds)
         if (len(options%restart) > 0) then
             call monitor%resume(problem, build_recovery(problem%model, system), options%log_level, &
                 options%restart, checkpoint, error)

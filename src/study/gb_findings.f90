@@ -28,7 +28,7 @@ module gb_findings
     end type findings_t
 
     !> No scene is followed further.
-    real(wp), parameter, public :: most_elements = 2.0e4_wp, most_steps = 2.0e7_wp
+    real(wp), parameter, public :: most_elements = 2.0e4_wp, most_steps = 5.0e6_wp
 
     public :: set_elements, climb_finer, learn_axes, learn_forecast, has_transients
 

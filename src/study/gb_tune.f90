@@ -12,7 +12,7 @@ module gb_tune
     use gb_problem, only: problem_t
     use gb_refine, only: refine
     use gb_section, only: inertia_full
-    use gb_signals, only: watch_signals, caught_signal
+    use gb_signals, only: caught_signal
     use gb_text, only: to_text
     use gb_trial, only: apply_setting, work_of_iteration
     use gb_tuning, only: setting_t, error_bar_t, tuning_t, n_sources, source_names
@@ -41,7 +41,6 @@ contains
         real(wp), allocatable :: errors(:)
         integer :: i
 
-        call watch_signals()
         call log%line('')
         call log%line('choosing mesh, rules and steps')
         call ladder%begin(problem, log, deadline)
@@ -88,8 +87,9 @@ contains
     function interruption() result(message)
         character(:), allocatable :: message
 
-        message = 'stopped while choosing a model: nothing has been computed yet'
-        if (len(caught_signal()) > 0) message = caught_signal() // ': ' // message
+        message = caught_signal()
+        if (len(message) == 0) message = '--max-time'
+        message = message // ': stopped while choosing a model: nothing has been computed yet'
     end function interruption
 
     !> The estimates of all probes in all commands.

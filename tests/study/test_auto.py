@@ -198,6 +198,15 @@ def test_stopped_while_it_chooses(gentbeam):
     assert not (gentbeam.folder / "beam.h5").exists()
 
 
+def test_time_limit_counts_the_choice(gentbeam):
+    (gentbeam.folder / "beam.inp").write_text(
+        deck("cantilever", "TRANSIENT auto accuracy=1e-3 probe=acc end=2e-2", output="PROBE acc a3 x=10")
+    )
+    err = gentbeam("-q", "--max-time", 0.3, "beam.inp", status=4).err
+    assert "--max-time: stopped while choosing a model" in err
+    assert not (gentbeam.folder / "beam.h5").exists()
+
+
 def test_out_of_reach(gentbeam):
     """A probe that the scene does not determine: no estimate, no results, and words that say what to do."""
     tasks = "STATIC auto accuracy=1e-15 probe=tip"
