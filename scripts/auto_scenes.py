@@ -115,6 +115,8 @@ def dynamic():
     yield Scene("sliding end, thin", SLIDING, 2e-2, 6, {"jm": "5", "h": 0.4, "q": -3}, 0.1)
     yield Scene("free flight, spinning", FREE, 1e-2, 2, {"jm": "5", "h": 0.5}, 0.05)
     yield Scene("shaken cantilever", SHAKEN, 1e-2, 1, {"jm": "5", "h": 1}, 2e-2)
+    late = PULSE.replace("pulse stop=1e-3", "pulse start=8e-2 stop=8.1e-2").replace("DAMPING mass=200\n", "")
+    yield Scene("knocked late", late, 1e-2, 1, {"jm": "5", "h": 1, "q": 10}, 0.1)
     yield Scene("knocked, damped", PULSE, 1e-2, 1, {"jm": "5", "h": 1, "q": 10}, 2e-2)
 
 

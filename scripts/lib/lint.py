@@ -42,7 +42,8 @@ ROOMS = {
     "deck": ("base", "model"),
     "io": ("base", "model"),
     "study": ("base", "model", "element", "solve"),
-    "run": ("base", "model", "element", "solve", "deck", "io", "study"),
+    "tune": ("base", "model", "element", "solve", "study"),
+    "run": ("base", "model", "element", "solve", "deck", "io", "study", "tune"),
     "main.f90": ("run",),
 }
 USE = re.compile(r"use\s+(gb_\w+)", re.I)

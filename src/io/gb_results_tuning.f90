@@ -33,6 +33,7 @@ contains
             call archive%set(group, 'inertia', trim(inertia_words(tuning%chosen%inertia)))
             call archive%set(group, 'scheme', trim(tuning%chosen%scheme))
             call archive%set(group, 'steps', tuning%chosen%n_steps())
+            if (tuning%chosen%local > 0.0_wp) call archive%set(group, 'local_accuracy', tuning%chosen%local)
         end associate
         call write_rungs(archive, group, problem%tuning, error)
         if (.not. allocated(error)) call write_bars(archive, group, problem, error)
@@ -54,8 +55,7 @@ contains
             call put_whole('nodes', rungs%setting%nodes, 'nodes of an element')
             call put_whole('points', rungs%setting%points, 'Gauss points through the thickness')
             call put_whole('inertia', rungs%setting%inertia, '1 diagonal, 2 translational, 3 full')
-            call put_whole('steps', [(rungs(i)%setting%n_steps(), i=1, size(rungs))], &
-                'steps of the commands that are tuned')
+            call put_whole('steps', rungs%steps, 'steps of the commands that are tuned')
             call put_whole('compared_with', rungs%compared_with, 'another rung, counted from 1; 0: none')
             call put_whole('failed', [(merge(1, 0, len(rungs(i)%failure) > 0), i=1, size(rungs))], &
                 '1 where it came to no end')

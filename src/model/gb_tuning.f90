@@ -13,6 +13,7 @@ module gb_tuning
         integer :: inertia = inertia_diagonal
         character(16) :: scheme = 'newmark'         !! of the transients that are tuned
         integer, allocatable :: steps(:)            !! of every command; 0 where the deck has the say
+        real(wp) :: local = 0.0_wp                  !! local error of adaptive steps [-]; 0: steps are fixed
     contains
         procedure :: n_elements
         procedure :: n_steps
@@ -25,6 +26,7 @@ module gb_tuning
         character(16) :: source = ''                !! of the error that it looks at: mesh, time, ...
         integer :: compared_with = 0                !! another rung; 0: none
         real(wp) :: change = 0.0_wp                 !! of the probes against it, relative [-]
+        integer :: steps = 0                        !! that it has taken
         real(wp) :: work = 0.0_wp                   !! elements times Newton iterations, weighed [-]
         real(wp) :: cpu_seconds = 0.0_wp
         character(:), allocatable :: failure        !! why it came to no end, or empty
@@ -73,6 +75,7 @@ contains
         type(setting_t), intent(in) :: other
 
         is_like = all(self%elements == other%elements) .and. all(self%steps == other%steps) &
+            .and. abs(self%local - other%local) <= 0.0_wp &
             .and. self%nodes == other%nodes .and. self%points == other%points &
             .and. self%inertia == other%inertia .and. self%scheme == other%scheme
     end function is_like

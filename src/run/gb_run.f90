@@ -133,8 +133,7 @@ contains
         type(options_t), intent(in) :: options
         type(log_t), intent(inout) :: log
         type(error_t), allocatable, intent(out) :: error
-        real(wp), parameter :: least_seconds = 1.0e-3_wp    ! 0 would be no limit
-        real(wp) :: before, after, seconds_left
+        real(wp) :: before, after
 
         call cpu_time(before)
         call watch_signals()
@@ -142,9 +141,7 @@ contains
         if (.not. allocated(error)) call check_memory(problem, error)
         if (allocated(error)) return
         call cpu_time(after)
-        seconds_left = options%max_seconds
-        if (seconds_left > 0.0_wp) seconds_left = max(least_seconds, seconds_left - (after - before))
-        call solve_problem(problem, options, seconds_left, error)
+        call solve_problem(problem, options, after - before, error)
     end subroutine choose_and_solve
 
     !> What a study of many members does not have.
@@ -180,10 +177,10 @@ contains
 
     !> Run the solution commands in their order, each from the state the last one left; or those that a
     !> checkpoint leaves to do.
-    subroutine solve_problem(problem, options, max_seconds, error)
+    subroutine solve_problem(problem, options, spent_seconds, error)
         type(problem_t), intent(in) :: problem
         type(options_t), intent(in) :: options
-        real(wp), intent(in) :: max_seconds         !! wall time that it may take [s]; 0: no limit
+        real(wp), intent(in) :: spent_seconds       !! that choosing the model has taken [s]
         type(error_t), allocatable, intent(out) :: error
         type(monitor_t) :: monitor
         type(checkpoint_t) :: checkpoint
@@ -194,7 +191,7 @@ contains
         integer :: i
 
         system = build_system(problem%model)
-        call monitor%watch%begin(max_seconds)
+        call monitor%watch%begin(options%max_seconds, spent_seconds)
         if (len(options%restart) > 0) then
             call monitor%resume(problem, build_recovery(problem%model, system), options%log_level, &
                 options%restart, checkpoint, error)

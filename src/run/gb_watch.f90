@@ -35,12 +35,14 @@ module gb_watch
 contains
 
     !> The run begins: look out for signals, and note the time.
-    subroutine begin(self, max_seconds)
+    subroutine begin(self, max_seconds, spent_seconds)
         class(watch_t), intent(inout) :: self
         real(wp), intent(in) :: max_seconds         !! 0: no limit [s]
+        real(wp), intent(in) :: spent_seconds       !! of them, before [s]
 
         self%max_seconds = max_seconds
         call system_clock(self%start, self%rate)
+        self%start = self%start - nint(spent_seconds*real(self%rate, wp), i8)
         self%last = self%start
         self%step_start = self%start
         call watch_signals()

@@ -63,11 +63,11 @@ def between(time_rows, values, instants):
     )
 
 
-def relative_error(file, truth, command, probe):
+def relative_error(file, truth, command, probe, since=0.0):
     one, other = file[command]["probes"], truth[command]["probes"]
     if file[command].attrs["kind"] == "static":
         return abs(one[probe][-1] - other[probe][-1]) / np.abs(other[probe][()]).max()
-    instants = np.linspace(0, other["time"][-1], 2001)[1:]
+    instants = np.linspace(since, other["time"][-1], 2001)[1:]
     expected = between(other["time"][()], other[probe][()], instants)
     found = between(one["time"][()], one[probe][()], instants)
     return np.sqrt(np.mean((found - expected) ** 2) / np.mean(expected**2))
@@ -161,6 +161,27 @@ def test_newmark_gives_way(gentbeam):
         assert file["tuning/rungs/failed"][()].any()
         estimate = file["tuning"].attrs["estimate"]
         assert 0.1 < relative_error(file, truth, "transient", "tip") / estimate < 2
+
+
+LATE = """CLAMP x=0
+HISTORY knock pulse start=0.08 stop=0.081
+POINT x=10 f3=10 history=knock
+PROBE tip u3 x=10"""
+
+
+def test_steps_are_adaptive_where_that_pays(gentbeam):
+    """Long rest, then a knock: few steps for the rest."""
+    tasks = "TRANSIENT auto accuracy=2e-2 probe=tip end=0.1"
+    tuned = DECK.format(scene=LATE, section="", output="", tasks=tasks)
+    out = gentbeam("-o", "tuned", deck=tuned).out
+    truth = DECK.format(scene=LATE, section=FINEST, output="", tasks="TRANSIENT newmark step=4e-6 end=0.1")
+    gentbeam("-q", "-o", "truth", "--set", "n=24", deck=truth)
+    with gentbeam.results("tuned") as file, gentbeam.results("truth") as truth:
+        assert file["transient"].attrs["accuracy"] == file["tuning"].attrs["local_accuracy"]
+        estimate = file["tuning"].attrs["estimate"]
+        assert 0.1 < relative_error(file, truth, "transient", "tip", 0.08) / estimate < 2
+        assert (file["transient/time"][()] < 0.0799).sum() < 0.2 * file["transient/time"].size
+    assert "adaptive with accuracy" in out
 
 
 def test_probes_at_rest(gentbeam):

@@ -30,6 +30,7 @@ module gb_trial
 
     type, public :: trial_t
         type(channel_t), allocatable :: channels(:)
+        integer :: steps = 0                        !! of the commands that are tuned
         real(wp) :: work = 0.0_wp                   !! elements times Newton iterations, weighed [-]
         real(wp) :: cpu_seconds = 0.0_wp
         character(:), allocatable :: failure        !! why it came to no end, or empty
@@ -43,6 +44,7 @@ module gb_trial
         integer :: task = 0                         !! number of the running command
         integer :: iterations = 0                   !! of all commands
         type(log_t) :: log                          !! for its progress bar
+        integer :: steps = 0                        !! of the commands that are tuned
         real(wp) :: deadline = 0.0_wp               !! CPU time at which to stop [s]; 0: none
         real(wp) :: start_energy = 0.0_wp, largest_energy = 0.0_wp, largest_drift = 0.0_wp  !! [F L]
         logical :: is_lost = .false.                !! the energy balance of some command does not hold
@@ -92,7 +94,9 @@ contains
                 else
                     task%scheme = trim(setting%scheme)
                     task%rho = 0.0_wp               ! of bathe
-                    task%step = task%end_time/real(setting%steps(i), wp)
+                    task%accuracy = setting%local
+                    task%step = 0.0_wp
+                    if (setting%local <= 0.0_wp) task%step = task%end_time/real(setting%steps(i), wp)
                 end if
             end associate
         end do
@@ -140,6 +144,7 @@ contains
         call cpu_time(finish)
         trial%cpu_seconds = finish - start
         trial%work = work_of_iteration(setting, has_block)*real(follower%iterations, wp)
+        trial%steps = follower%steps
         call move_alloc(follower%channels, trial%channels)
         trial%failure = ''
         if (.not. allocated(error)) then
@@ -224,6 +229,7 @@ contains
             end if
         end if
         self%iterations = self%iterations + step%iterations
+        if (step%number > 0 .and. any(self%channels%task == self%task)) self%steps = self%steps + 1
         call self%log%show_bar(step%progress)
         energy = step%kinetic + step%strain - step%external + step%dissipated
         if (step%number == 0) self%start_energy = step%kinetic + step%strain

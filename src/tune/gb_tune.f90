@@ -10,7 +10,7 @@ module gb_tune
     use gb_ladder, only: ladder_t, inertia_words
     use gb_log, only: log_t
     use gb_problem, only: problem_t
-    use gb_refine, only: refine
+    use gb_refine, only: refine, adaptive_work
     use gb_section, only: inertia_full
     use gb_signals, only: caught_signal
     use gb_text, only: to_text
@@ -124,7 +124,11 @@ contains
                 // ' nodes, rule gauss with ' // to_text(chosen%points) // ' points'
             if (has_transients(ladder%problem)) text = text // ', inertia ' &
                 // trim(inertia_words(chosen%inertia)) // ', ' // trim(chosen%scheme)
-            call log%line(text // ', ' // to_text(chosen%n_steps()) // ' steps')
+            text = text // ', ' // to_text(chosen%n_steps()) &
+                // trim(merge(' step ', ' steps', chosen%n_steps() == 1))
+            if (chosen%local > 0.0_wp) text = text // ' about, adaptive with accuracy ' &
+                // to_text(chosen%local, 3)
+            call log%line(text)
             if (size(chosen%elements) > 1) then
                 text = '  elements'
                 do i = 1, size(chosen%elements)
@@ -146,6 +150,9 @@ contains
             if (found%fuller > 0 .and. chosen%inertia /= inertia_full) call log%line('  left out: ' &
                 // 'inertia=full (changes the probes by ' // to_text(found%inertia, 2) &
                 // ', and costs 5 times as much)')
+            if (has_transients(ladder%problem) .and. chosen%local <= 0.0_wp) call log%line('  left out: ' &
+                // 'adaptive steps (fixed ones are ' &
+                // to_text(ladder%unevenness(found%time(1)), 2) // ' times as many at equal error)')
             if (has_transients(ladder%problem) .and. found%fuller == 0) call log%line('  inertia=full ' &
                 // 'comes to no end in this scene: what it would change is not part of the estimate')
             associate (last => tuning%rungs(size(tuning%rungs)))
@@ -161,6 +168,7 @@ contains
             type(setting_t), intent(in) :: setting
 
             work_of = work_of_iteration(setting, ladder%has_block)*real(setting%n_steps(), wp)
+            if (setting%local > 0.0_wp) work_of = adaptive_work*work_of
         end function work_of
 
     end subroutine explain

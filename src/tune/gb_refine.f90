@@ -2,9 +2,10 @@
 !> enough.
 module gb_refine
     use gb_kinds, only: wp
+    use gb_convergence, only: axis_t
     use gb_error, only: error_t, raise, status_solution
-    use gb_findings, only: findings_t, set_elements, climb_finer, learn_axes, learn_forecast, &
-        has_transients, most_elements, most_steps
+    use gb_findings, only: findings_t, set_elements, climb_finer, climb_in_time, learn_axes, &
+        learn_forecast, has_transients, most_elements, most_steps
     use gb_ladder, only: ladder_t
     use gb_section, only: inertia_diagonal, inertia_full
     use gb_text, only: to_text
@@ -21,6 +22,10 @@ module gb_refine
     real(wp), parameter :: least_growth = 1.4_wp, most_growth = 4.0_wp, surplus = 1.1_wp
     !> A further trial is worthwhile if the work with it seems to be this part of that without it.
     real(wp), parameter :: worthwhile_part = 0.7_wp
+    !> Adaptive steps take three solutions a step, of which two are kept, and some are repeated. They are
+    !> tried where fixed ones would be so many times as many.
+    real(wp), parameter, public :: adaptive_work = 3.5_wp
+    real(wp), parameter :: uneven = 2.5_wp, first_local = 1.0e-3_wp
     !> Part of what remains that the mesh may take before it counts as the one to refine.
     real(wp), parameter :: mesh_part = 0.35_wp
 
@@ -38,19 +43,22 @@ contains
         type(error_t), allocatable, intent(out) :: error
         integer :: number
         real(wp) :: growth
-        logical :: is_chosen
+        logical :: is_chosen, is_weighed
 
+        is_weighed = .false.
         do
             call choose(ladder, found, chosen, parts, growth, is_chosen)
             if (is_chosen) return
             if (growth > 0.0_wp) then
-                associate (levels => size(found%time))
-                    growth = growth*found%steps(levels)
-                    if (growth*real(found%base%n_steps(), wp) > most_steps) exit
-                    call climb_finer(ladder, found, 1, growth, found%time(levels), number, error)
-                    found%time = [found%time, number]
-                    found%steps = [found%steps, growth]
-                end associate
+                if (.not. is_weighed) then
+                    call weigh_adaptive_steps(ladder, found, error)
+                    is_weighed = .true.
+                    if (allocated(error)) return
+                    call learn_axes(ladder, found)
+                    cycle
+                end if
+                if (growth*found%steps(size(found%steps))*real(found%base%n_steps(), wp) > most_steps) exit
+                call climb_in_time(ladder, found, growth, number, error)
             else
                 associate (levels => size(found%mesh))
                     if (found%n*2.0_wp**levels > most_elements) exit
@@ -73,6 +81,47 @@ contains
             // ' for the mesh and ' // to_text(found%time_axis%error(size(found%time)), 3) &
             // ' for the steps')
     end subroutine refine
+
+    !> Adaptive steps in place of fixed ones, where the motion is so uneven that they seem to pay: two rungs
+    !> of them tell.
+    subroutine weigh_adaptive_steps(ladder, found, error)
+        type(ladder_t), intent(inout) :: ladder
+        type(findings_t), intent(inout) :: found
+        type(error_t), allocatable, intent(out) :: error
+        type(findings_t) :: other
+        real(wp) :: aim
+        integer :: number, i
+
+        if (ladder%unevenness(found%time(1)) < uneven) return
+        other = found
+        other%base%local = first_local
+        call ladder%climb(other%base, 'adaptive', found%time(size(found%time)), number, error)
+        if (allocated(error)) return
+        other%base%local = 0.0_wp
+        other%time = [number]
+        other%steps = [real(ladder%trials(number)%steps, wp)/real(found%base%n_steps(), wp)]
+        other%local = [first_local]
+        do i = 1, 2
+            if (ladder%has_failed(number)) return
+            call climb_in_time(ladder, other, 2.0_wp, number, error)
+            if (allocated(error)) return
+        end do
+        if (ladder%has_failed(number) .or. any(other%steps(2:) <= other%steps(:2))) return
+        call learn_axes(ladder, other)
+        ! At an error that both ladders know something about.
+        aim = min(other%time_axis%error(3), found%time_axis%error(size(found%time)))
+        if (adaptive_work*steps_for(other%time_axis, aim) < steps_for(found%time_axis, aim)) found = other
+    end subroutine weigh_adaptive_steps
+
+    !> Steps for an error, by the order reckoned with.
+    pure real(wp) function steps_for(axis, error) result(steps)
+        type(axis_t), intent(in) :: axis
+        real(wp), intent(in) :: error
+
+        associate (n => size(axis%size))
+            steps = axis%size(n)*(axis%error(n)/error)**(1.0_wp/axis%order)
+        end associate
+    end function steps_for
 
     !> The cheapest setting that is good enough; or, where none is within reach, or a cheaper one seems to lie
     !> a little beyond it, by how much the steps are to grow for the next trial. 0 where the mesh is to.
@@ -153,14 +202,19 @@ contains
         sizes(source_time) = 0.0_wp
         first = real(found%base%n_steps(), wp)
         steps = first
+        if (has_transients(ladder%problem)) steps = found%time_axis%size(1)
         do while (steps <= most)
             cost = work_of_iteration(setting, ladder%has_block)*steps
+            if (found%local(1) > 0.0_wp) cost = adaptive_work*cost
             if (cost >= least_cost) return
             if (has_transients(ladder%problem)) sizes(source_time) = found%time_axis%error_at(steps)
             if (found%forecast%largest(sizes) <= used_part*ladder%accuracy) then
                 least_cost = cost
                 chosen = setting
                 chosen%steps = ceiling(found%base%steps*(steps/first))
+                associate (last => size(found%local))
+                    chosen%local = found%local(last)*(found%time_axis%size(last)/steps)**3
+                end associate
                 parts = sizes
                 return
             end if

@@ -31,6 +31,7 @@ module gb_ladder
         procedure :: has_failed
         procedure :: change
         procedure :: changes
+        procedure :: unevenness
         procedure, private :: report
     end type ladder_t
 
@@ -84,6 +85,7 @@ contains
         call try_setting(apply_setting(self%problem, self%pieces, setting, self%tolerance), setting, &
             self%has_block, self%deadline, self%log, trial, error)
         if (allocated(error)) return
+        rung%steps = trial%steps
         rung%work = trial%work
         rung%cpu_seconds = trial%cpu_seconds
         rung%failure = trial%failure
@@ -146,6 +148,20 @@ contains
         end do
     end function changes
 
+    !> How much fewer steps an adaptive size might take, by the course that has most of it (gb_course) [-].
+    pure real(wp) function unevenness(self, number)
+        class(ladder_t), intent(in) :: self
+        integer, intent(in) :: number
+        integer :: i
+
+        unevenness = 1.0_wp
+        do i = 1, size(self%trials(number)%channels)
+            associate (course => self%trials(number)%channels(i)%course)
+                if (.not. course%is_static) unevenness = max(unevenness, course%unevenness())
+            end associate
+        end do
+    end function unevenness
+
     subroutine report(self, number)
         class(ladder_t), intent(inout) :: self
         integer, intent(in) :: number
@@ -153,7 +169,7 @@ contains
 
         associate (rung => self%rungs(number))
             text = column(to_text(number), 8) // column(to_text(rung%setting%n_elements()), 10) &
-                // column(to_text(rung%setting%n_steps()), 8) // column(to_text(rung%setting%points), 8) &
+                // column(to_text(rung%steps), 8) // column(to_text(rung%setting%points), 8) &
                 // '  ' // inertia_words(rung%setting%inertia)
             if (len(rung%failure) > 0) then
                 text = text // '  failed (' // trim(rung%setting%scheme) // '): ' // rung%failure

@@ -15,6 +15,7 @@ module gb_course
         procedure :: add
         procedure :: size_of
         procedure :: angular_frequency
+        procedure :: unevenness
     end type course_t
 
     public :: distance, likeness
@@ -119,8 +120,8 @@ contains
                 end do
                 width = self%t(row + 1) - self%t(row)
                 if (row /= last_row) then
-                    slope = slope_at(self, row)
-                    next_slope = slope_at(self, row + 1)
+                    slope = slope_at(self, row, row)
+                    next_slope = slope_at(self, row + 1, row)
                     last_row = row
                 end if
                 s = (t - self%t(row))/width
@@ -131,10 +132,13 @@ contains
         end associate
     end function sampled
 
-    !> Slope in a row, of the parabola through it and its neighbours; of the nearest one at the ends.
-    pure real(wp) function slope_at(self, row) result(slope)
+    !> Slope in a row, of the parabola through it and its neighbours; of the nearest one at the ends. Next to
+    !> an interval that is much longer than its neighbour the parabola means nothing: there it is the chord.
+    pure real(wp) function slope_at(self, row, interval) result(slope)
         type(course_t), intent(in) :: self
         integer, intent(in) :: row
+        integer, intent(in) :: interval             !! that it is for, from this row to the next
+        real(wp), parameter :: uneven = 8.0_wp
         real(wp) :: before, after
         integer :: middle
 
@@ -144,6 +148,11 @@ contains
         end if
         middle = min(max(row, 2), self%rows - 1)
         associate (t => self%t(middle - 1:middle + 1), value => self%value(middle - 1:middle + 1))
+            if (self%t(interval + 1) - self%t(interval) > uneven*min(t(2) - t(1), t(3) - t(2))) then
+                slope = (self%value(interval + 1) - self%value(interval)) &
+                    /(self%t(interval + 1) - self%t(interval))
+                return
+            end if
             before = (value(2) - value(1))/(t(2) - t(1))
             after = (value(3) - value(2))/(t(3) - t(2))
             slope = before + (after - before)/(t(3) - t(1))*(2.0_wp*self%t(row) - t(1) - t(2))
@@ -164,5 +173,31 @@ contains
             if (deviation > 0.0_wp) angular_frequency = norm2(rates)/deviation
         end associate
     end function angular_frequency
+
+    !> How many times as many steps a fixed size takes as sizes for every instant would, at equal error [-].
+    !> With steps h(t) the error of a rule of second order is the integral of g h^2, g being the third
+    !> derivative, and the number of steps that of 1/h. A fixed size gives T^2/n^2 times the integral of g;
+    !> the best one, as g^(-1/3), the cube of the integral of g^(1/3) over n^2.
+    pure real(wp) function unevenness(self)
+        class(course_t), intent(in) :: self
+        real(wp) :: g, whole, third, duration, slopes(3)
+        integer :: row
+
+        whole = 0.0_wp
+        third = 0.0_wp
+        duration = 0.0_wp
+        do row = 1, self%rows - 3
+            associate (t => self%t(row:row + 3), f => self%value(row:row + 3))
+                slopes = (f(2:) - f(:3))/(t(2:) - t(:3))
+                g = abs((slopes(3) - slopes(2))/(t(4) - t(2)) - (slopes(2) - slopes(1))/(t(3) - t(1))) &
+                    /(t(4) - t(1))
+                whole = whole + g*(t(3) - t(2))
+                third = third + g**(1.0_wp/3.0_wp)*(t(3) - t(2))
+                duration = duration + (t(3) - t(2))
+            end associate
+        end do
+        unevenness = 1.0_wp
+        if (third > 0.0_wp) unevenness = max(1.0_wp, duration*sqrt(whole/third**3))
+    end function unevenness
 
 end module gb_course

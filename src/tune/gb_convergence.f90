@@ -9,6 +9,7 @@ module gb_convergence
     type, public :: axis_t
         !> Orders that are believed: what lies beyond is taken for luck, or for levels too coarse to show it.
         real(wp) :: lowest_order = 1.0_wp, highest_order = 2.0_wp
+        real(wp) :: first_order = 1.0_wp            !! that one difference alone is taken to shrink with
         !> From this order on, two differences are enough to go beyond the last level; with three, this one.
         real(wp) :: regular_order = 1.6_wp, steady_order = 1.0_wp
         real(wp) :: reach = 1.0_wp                  !! how far beyond, as a factor of the size
@@ -27,7 +28,7 @@ contains
     !> Errors of all levels. Where the error is C size^-order, two levels differ by C times the difference of
     !> these powers: two differences tell the order. What is left at the last level, r times as large as the
     !> one before it, is then their difference over r^order - 1; further up it is the distance to the last
-    !> level, and that. One difference alone shows no order: the lowest is assumed.
+    !> level, and that. One difference alone shows no order: `first_order` is assumed.
     pure subroutine learn(self, sizes, differences, to_last)
         class(axis_t), intent(inout) :: self
         real(wp), intent(in) :: sizes(:)            !! elements or steps, growing (levels, at least 2)
@@ -39,7 +40,7 @@ contains
         n = size(differences)
         self%size = sizes
         self%differences = n
-        self%order = self%lowest_order
+        self%order = self%first_order
         if (n > 1) then
             ! The mean of the last two orders: single ones may scatter.
             orders = [(observed_order(sizes(k - 1:k + 1), differences(k - 1:k), self%lowest_order, &

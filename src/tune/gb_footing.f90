@@ -78,6 +78,7 @@ contains
         found%mesh = [base, finer_mesh]
         found%time = [base, finer_steps]
         found%steps = [1.0_wp, 2.0_wp]
+        found%local = [0.0_wp, 0.0_wp]
         call learn_axes(ladder, found)
     end subroutine find_footing
 

@@ -19,6 +19,7 @@ module gb_findings
         integer, allocatable :: mesh(:)             !! rungs, each with twice the elements of the one before
         integer, allocatable :: time(:)             !! rungs with growing steps
         real(wp), allocatable :: steps(:)           !! of these, over those of the base [-]
+        real(wp), allocatable :: local(:)           !! their local errors where steps are adaptive [-]; or 0
         integer :: points = 3                       !! Gauss points through the thickness that are needed
         integer :: thinner = 0, thicker = 0         !! rungs with these points, and with one more
         integer :: lighter = 0, fuller = 0          !! with diagonal and with full inertia
@@ -30,7 +31,7 @@ module gb_findings
     !> No scene is followed further.
     real(wp), parameter, public :: most_elements = 2.0e4_wp, most_steps = 5.0e6_wp
 
-    public :: set_elements, climb_finer, learn_axes, learn_forecast, has_transients
+    public :: set_elements, climb_finer, climb_in_time, learn_axes, learn_forecast, has_transients
 
 contains
 
@@ -60,6 +61,32 @@ contains
             compared_with, number, error)
     end subroutine climb_finer
 
+    !> One more rung of the steps: so many times as many as the last one has. Adaptive steps are as many as
+    !> their local error asks for, which goes with their third power.
+    subroutine climb_in_time(ladder, found, growth, number, error)
+        type(ladder_t), intent(inout) :: ladder
+        type(findings_t), intent(inout) :: found
+        real(wp), intent(in) :: growth
+        integer, intent(out) :: number
+        type(error_t), allocatable, intent(out) :: error
+        type(setting_t) :: setting
+        real(wp) :: steps
+
+        associate (last => size(found%time))
+            setting = found%base
+            setting%local = found%local(last)/growth**3
+            steps = found%steps(last)*growth
+            if (setting%local <= 0.0_wp) setting%steps = nint(steps*found%base%steps)
+            call ladder%climb(setting, trim(source_names(source_time)), found%time(last), number, error)
+        end associate
+        if (allocated(error)) return
+        if (setting%local > 0.0_wp) steps = real(ladder%trials(number)%steps, wp) &
+            /real(found%base%n_steps(), wp)
+        found%time = [found%time, number]
+        found%steps = [found%steps, steps]
+        found%local = [found%local, setting%local]
+    end subroutine climb_in_time
+
     subroutine learn_axes(ladder, found)
         type(ladder_t), intent(in) :: ladder
         type(findings_t), intent(inout) :: found
@@ -67,11 +94,13 @@ contains
 
         found%mesh_axis%lowest_order = 1.0_wp
         found%mesh_axis%highest_order = 1.5_wp
+        found%mesh_axis%first_order = 1.5_wp
         found%mesh_axis%reach = 1.3_wp
         call learn_axis(ladder, found%mesh, [(found%n*2.0_wp**(i - 1), i=1, size(found%mesh))], &
             found%mesh_axis)
         found%time_axis%lowest_order = 0.6_wp
         found%time_axis%highest_order = 2.0_wp
+        found%time_axis%first_order = 0.6_wp
         found%time_axis%reach = 3.0_wp
         call learn_axis(ladder, found%time, found%steps*real(found%base%n_steps(), wp), found%time_axis)
     end subroutine learn_axes
