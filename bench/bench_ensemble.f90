@@ -1,5 +1,5 @@
 !> Cost of an element and Newton iteration where members of a sweep go side by side, one a lane:
-!> bench_ensemble ELEMENTS STEPS REPEATS. The members are example 1 with loads that differ a little. Prints
+!> bench_ensemble ELEMENTS STEPS REPEATS [JM]. The members are example 1 with loads that differ a little. Prints
 !> the least of the repeats.
 program bench_ensemble
     use gb_kinds, only: wp
@@ -22,7 +22,7 @@ program bench_ensemble
     type(counter_t) :: counters(lanes)
     logical :: is_done(lanes)
     character(16) :: word
-    real(wp) :: time, least, work
+    real(wp) :: jm, time, least, work
     integer :: elements, steps, repeats, i, l
 
     call get_command_argument(1, word)
@@ -31,10 +31,15 @@ program bench_ensemble
     read (word, *) steps
     call get_command_argument(3, word)
     read (word, *) repeats
+    jm = 1.0e20_wp
+    if (command_argument_count() > 3) then
+        call get_command_argument(4, word)
+        read (word, *) jm
+    end if
     call use_one_blas_thread()
     task = transient_of(steps, solver_auto)
     do l = 1, lanes
-        model = example_1(elements, 1.0e20_wp, 3)
+        model = example_1(elements, jm, 3)
         model%distributed_loads(1)%q(2) = model%distributed_loads(1)%q(2)*(1.0_wp - 0.01_wp*real(l - 1, wp))
         systems(l) = build_system(model)
         externals(l) = build_external(model)

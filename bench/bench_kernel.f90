@@ -1,5 +1,5 @@
 !> Cost of an element and Newton iteration, for one beam of n elements: bench_kernel SOLVER ELEMENTS STEPS
-!> REPEATS. Prints the least and the median of the repeats.
+!> REPEATS [JM]. Prints the least of the repeats.
 program bench_kernel
     use gb_kinds, only: wp
     use gb_model, only: model_t
@@ -16,7 +16,7 @@ program bench_kernel
     type(task_t) :: task
     type(counter_t) :: counter
     character(16) :: word
-    real(wp) :: time, least
+    real(wp) :: jm, time, least
     integer :: elements, steps, repeats, solver, i
 
     call get_command_argument(1, word)
@@ -28,7 +28,12 @@ program bench_kernel
     call get_command_argument(4, word)
     read (word, *) repeats
     call use_one_blas_thread()
-    model = example_1(elements, 1.0e20_wp, 3)
+    jm = 1.0e20_wp
+    if (command_argument_count() > 4) then
+        call get_command_argument(5, word)
+        read (word, *) jm
+    end if
+    model = example_1(elements, jm, 3)
     system = build_system(model)
     external = build_external(model)
     task = transient_of(steps, solver)

@@ -39,10 +39,10 @@ module gb_element_lanes
 contains
 
     !> Residual and tangent of the elements of one slot, the middle node eliminated.
-    pure subroutine condense_element(pairs, has_middle, is_square, con, mass_factor, u, a, f, part, kept, &
-        room, pivot)
+    pure subroutine condense_element(pairs, has_middle, is_square, has_limit, con, mass_factor, u, a, f, &
+        part, kept, room, pivot)
         integer, intent(in) :: pairs
-        logical, intent(in) :: has_middle, is_square
+        logical, intent(in) :: has_middle, is_square, has_limit     !! as section_tangent's
         real(wp), intent(in) :: con(lanes, n_element)
         real(wp), intent(in) :: mass_factor                 !! of the stage; 0 in statics [1/T^2]
         real(wp), intent(in) :: u(lanes, n_fields, 3)       !! fields at left, middle and right node
@@ -60,8 +60,8 @@ contains
         real(wp) :: r(lanes, n_fields, 2)
 
         call strains(con, u, g1, g2)
-        call section_tangent(pairs, has_middle, is_square, con, g1, s1, h1, room)
-        call section_tangent(pairs, has_middle, is_square, con, g2, s2, h2, room)
+        call section_tangent(pairs, has_middle, is_square, has_limit, con, g1, s1, h1, room)
+        call section_tangent(pairs, has_middle, is_square, has_limit, con, g2, s2, h2, room)
         call join_points(con, h1, h2, k, c, ee, es, ss)
         call join_stresses(con, s1, s2, c, r)
         if (mass_factor > 0.0_wp) call add_inertia(con, mass_factor, a, k, c, ee, es, ss, r)

@@ -9,7 +9,8 @@
 !>     a dyad a height, 4 phi'' (dI1/2)(dI1/2)';
 !> six moments of psi'', since dJ is a sum of three functions of z (q, q zeta, dJ/dxi) times constant vectors;
 !>     moments of phi' and psi' in powers of z, for the second derivatives of I1 and J.
-!> Gauss points come in pairs +-z and, for an odd number, one at z = 0, where most terms vanish.
+!> Gauss points come in pairs +-z and, for an odd number, one at z = 0, where most terms vanish. Chains without
+!> a limit (jm beyond round-off, neo-Hookean) have phi'' = 0: no dyads.
 module gb_section_lanes
     use gb_kinds, only: wp, log1p
     use gb_lanes, only: lanes
@@ -43,10 +44,11 @@ contains
     !> Gradient s and Hessian h (upper triangle, i <= j) of the energy. Where `room`, the smallest of J and
     !> 1 - (I1-2)/jm over the heights, is not positive the state is inadmissible: the lane's s and h are
     !> finite and meaningless.
-    pure subroutine section_tangent(pairs, has_middle, is_square, con, g, s, h, room)
+    pure subroutine section_tangent(pairs, has_middle, is_square, has_limit, con, g, s, h, room)
         integer, intent(in) :: pairs                        !! pairs of heights
         logical, intent(in) :: has_middle                   !! whether there is a height z = 0
         logical, intent(in) :: is_square                    !! whether beta = -2 in every lane
+        logical, intent(in) :: has_limit                    !! whether 1/jm is felt in some lane
         real(wp), intent(in) :: con(lanes, n_section)
         real(wp), intent(in) :: g(lanes, n_strains)
         real(wp), intent(out) :: s(lanes, n_strains)
@@ -60,11 +62,12 @@ contains
         bend = 0.0_wp
         if (has_middle) call measure_middle(is_square, con, g, m, bend, room)
         do k = 1, pairs
-            call measure_pair(is_square, con, con(:, at_z + k), con(:, at_weight + k), g, m, v(:, :, :, k), &
-                              pv(:, :, :, k), room)
+            call measure_pair(is_square, has_limit, con, con(:, at_z + k), con(:, at_weight + k), g, m, &
+                v(:, :, :, k), pv(:, :, :, k), room)
         end do
         call gradient_of_moments(g, m, s)
         call hessian_of_moments(g, m, bend, h)
+        if (.not. has_limit) return
         do k = 1, pairs
             !GCC$ unroll 8
             do j = 1, n_strains
@@ -122,30 +125,32 @@ contains
     end subroutine measure_middle
 
     !> A pair of heights +-z: their moments, and for their dyads v = dI1/2 and pv = 4 phi'' weight v.
-    pure subroutine measure_pair(is_square, con, z, weight, g, m, v, pv, room)
-        logical, intent(in) :: is_square
+    pure subroutine measure_pair(is_square, has_limit, con, z, weight, g, m, v, pv, room)
+        logical, intent(in) :: is_square, has_limit
         real(wp), intent(in) :: con(lanes, n_section)
         real(wp), intent(in) :: z(lanes), weight(lanes)
         real(wp), intent(in) :: g(lanes, n_strains)
         real(wp), intent(inout) :: m(lanes, n_moments), room(lanes)
-        real(wp), intent(out) :: v(lanes, n_strains, 2), pv(lanes, n_strains, 2)
-        real(wp), dimension(lanes, 2) :: j, left, power, p, gj, r
+        real(wp), intent(inout) :: v(lanes, n_strains, 2), pv(lanes, n_strains, 2)
+        real(wp), dimension(lanes, 2) :: j, left, f1, f3, power, by_room, p, gj, r
 
-        call invariants_of_pair(con, z, g, j, left, v, room)
+        call invariants_of_pair(con, z, g, j, left, f1, f3, room)
         call power_of_j(is_square, con, j(:, 1), power(:, 1))
         call power_of_j(is_square, con, j(:, 2), power(:, 2))
-        call weigh_pair(con, weight, j, left, power, p, gj, r, v, pv)
+        call weigh_pair(con, weight, j, left, power, by_room, p, gj, r)
+        if (has_limit) then
+            call gradients_of_pair(z, g, f1, f3, v)
+            call bend_pair(con, by_room, p, v, pv)
+        end if
         call add_moments(z, g, p, gj, r, m)
     end subroutine measure_pair
 
-    !> J, 1 - (I1-2)/jm (both replaced by 1 where not positive) and dI1/2 at the heights +z and -z.
-    pure subroutine invariants_of_pair(con, z, g, j, left, v, room)
+    !> J and 1 - (I1-2)/jm (both replaced by 1 where not positive), and (F11, F31), at the heights +z and -z.
+    pure subroutine invariants_of_pair(con, z, g, j, left, f1, f3, room)
         real(wp), intent(in) :: con(lanes, n_section), z(lanes), g(lanes, n_strains)
-        real(wp), intent(out) :: j(lanes, 2), left(lanes, 2), v(lanes, n_strains, 2)
+        real(wp), intent(out), dimension(lanes, 2) :: j, left, f1, f3
         real(wp), intent(inout) :: room(lanes)
-        real(wp) :: a1, a3, e1, e3, d1, d3, xi, dxi, h, hh, even1, even3, odd1, odd3, dd, a, b, xz, qq, &
-            zeta, &
-            q, k, f1, f3, jj, ll
+        real(wp) :: a1, a3, e1, e3, d1, d3, xi, h, hh, even1, even3, odd1, odd3, dd, a, b, xz, q, k, jj, ll
         integer :: l
 
         do l = 1, lanes
@@ -153,13 +158,12 @@ contains
             a3 = g(l, 2)
             e1 = g(l, 3)
             e3 = g(l, 4)
-            dxi = g(l, 5)
             d1 = g(l, 6)
             d3 = 1.0_wp + g(l, 7)
             xi = g(l, 8)
             h = z(l)
             hh = h*h
-            k = hh*dxi
+            k = hh*g(l, 5)
             xz = xi*hh
             even1 = a1 + xz*e1 + k*d1
             even3 = a3 + xz*e3 + k*d3
@@ -170,73 +174,98 @@ contains
             b = e1*d3 - e3*d1
             ! at +z
             q = 1.0_wp + 2.0_wp*xi*h
-            zeta = h + xz
-            f1 = even1 + odd1
-            f3 = even3 + odd3
-            qq = q*q
-            jj = q*(a + zeta*b)
-            ll = 1.0_wp - (f1*f1 + f3*f3 + qq*dd - 2.0_wp)*con(l, at_inverse_jm)
+            f1(l, 1) = even1 + odd1
+            f3(l, 1) = even3 + odd3
+            jj = q*(a + (xz + h)*b)
+            ll = 1.0_wp - (f1(l, 1)*f1(l, 1) + f3(l, 1)*f3(l, 1) + q*q*dd - 2.0_wp)*con(l, at_inverse_jm)
             room(l) = min(room(l), jj, ll)
             j(l, 1) = merge(jj, 1.0_wp, jj > 0.0_wp)
             left(l, 1) = merge(ll, 1.0_wp, ll > 0.0_wp)
-            v(l, 1, 1) = f1
-            v(l, 2, 1) = f3
-            v(l, 3, 1) = zeta*f1
-            v(l, 4, 1) = zeta*f3
-            v(l, 5, 1) = hh*(d1*f1 + d3*f3)
-            v(l, 6, 1) = k*f1 + qq*d1
-            v(l, 7, 1) = k*f3 + qq*d3
-            v(l, 8, 1) = hh*(e1*f1 + e3*f3) + 2.0_wp*h*q*dd
             ! at -z
             q = 1.0_wp - 2.0_wp*xi*h
-            zeta = xz - h
-            f1 = even1 - odd1
-            f3 = even3 - odd3
-            qq = q*q
-            jj = q*(a + zeta*b)
-            ll = 1.0_wp - (f1*f1 + f3*f3 + qq*dd - 2.0_wp)*con(l, at_inverse_jm)
+            f1(l, 2) = even1 - odd1
+            f3(l, 2) = even3 - odd3
+            jj = q*(a + (xz - h)*b)
+            ll = 1.0_wp - (f1(l, 2)*f1(l, 2) + f3(l, 2)*f3(l, 2) + q*q*dd - 2.0_wp)*con(l, at_inverse_jm)
             room(l) = min(room(l), jj, ll)
             j(l, 2) = merge(jj, 1.0_wp, jj > 0.0_wp)
             left(l, 2) = merge(ll, 1.0_wp, ll > 0.0_wp)
-            v(l, 1, 2) = f1
-            v(l, 2, 2) = f3
-            v(l, 3, 2) = zeta*f1
-            v(l, 4, 2) = zeta*f3
-            v(l, 5, 2) = hh*(d1*f1 + d3*f3)
-            v(l, 6, 2) = k*f1 + qq*d1
-            v(l, 7, 2) = k*f3 + qq*d3
-            v(l, 8, 2) = hh*(e1*f1 + e3*f3) - 2.0_wp*h*q*dd
         end do
     end subroutine invariants_of_pair
 
-    !> Slopes and curvatures of the energy at both heights, times weight: p = 2 phi', gj = psi', r = psi'',
-    !> and pv = 4 phi'' v.
-    pure subroutine weigh_pair(con, weight, j, left, power, p, gj, r, v, pv)
+    !> dI1/2 at the heights +z and -z.
+    pure subroutine gradients_of_pair(z, g, f1, f3, v)
+        real(wp), intent(in) :: z(lanes), g(lanes, n_strains)
+        real(wp), intent(in), dimension(lanes, 2) :: f1, f3
+        real(wp), intent(out) :: v(lanes, n_strains, 2)
+        real(wp) :: d1, d3, xi, h, hh, dd, q, qq, zeta, k
+        integer :: l, side
+
+        !GCC$ unroll 2
+        do side = 1, 2
+            do l = 1, lanes
+                d1 = g(l, 6)
+                d3 = 1.0_wp + g(l, 7)
+                xi = g(l, 8)
+                h = merge(z(l), -z(l), side == 1)
+                hh = h*h
+                k = hh*g(l, 5)
+                dd = d1*d1 + d3*d3
+                q = 1.0_wp + 2.0_wp*xi*h
+                qq = q*q
+                zeta = xi*hh + h
+                v(l, 1, side) = f1(l, side)
+                v(l, 2, side) = f3(l, side)
+                v(l, 3, side) = zeta*f1(l, side)
+                v(l, 4, side) = zeta*f3(l, side)
+                v(l, 5, side) = hh*(d1*f1(l, side) + d3*f3(l, side))
+                v(l, 6, side) = k*f1(l, side) + qq*d1
+                v(l, 7, side) = k*f3(l, side) + qq*d3
+                v(l, 8, side) = hh*(g(l, 3)*f1(l, side) + g(l, 4)*f3(l, side)) + 2.0_wp*h*q*dd
+            end do
+        end do
+    end subroutine gradients_of_pair
+
+    !> Slopes and curvatures of the energy at both heights, times weight: p = 2 phi', gj = psi', r = psi''; and
+    !> by_room = 1/(1 - (I1-2)/jm).
+    pure subroutine weigh_pair(con, weight, j, left, power, by_room, p, gj, r)
         real(wp), intent(in) :: con(lanes, n_section), weight(lanes)
         real(wp), intent(in), dimension(lanes, 2) :: j, left, power
-        real(wp), intent(out), dimension(lanes, 2) :: p, gj, r
-        real(wp), intent(in) :: v(lanes, n_strains, 2)
-        real(wp), intent(out) :: pv(lanes, n_strains, 2)
-        real(wp) :: bend(lanes), inverse, by_room, by_j
-        integer :: l, i, side
+        real(wp), intent(out), dimension(lanes, 2) :: by_room, p, gj, r
+        real(wp) :: inverse, by_j
+        integer :: l, side
 
         !GCC$ unroll 2
         do side = 1, 2
             do l = 1, lanes
                 inverse = 1.0_wp/(j(l, side)*left(l, side))
-                by_room = inverse*j(l, side)
                 by_j = inverse*left(l, side)
-                p(l, side) = weight(l)*con(l, at_mu)*by_room
+                by_room(l, side) = inverse*j(l, side)
+                p(l, side) = weight(l)*con(l, at_mu)*by_room(l, side)
                 gj(l, side) = weight(l)*(con(l, at_power)*power(l, side) - con(l, at_log))*by_j
                 r(l, side) = weight(l)*(con(l, at_bend)*power(l, side) + con(l, at_log))*by_j*by_j
-                bend(l) = 2.0_wp*p(l, side)*con(l, at_inverse_jm)*by_room
             end do
+        end do
+    end subroutine weigh_pair
+
+    !> pv = 4 phi'' weight v at both heights.
+    pure subroutine bend_pair(con, by_room, p, v, pv)
+        real(wp), intent(in) :: con(lanes, n_section)
+        real(wp), intent(in), dimension(lanes, 2) :: by_room, p
+        real(wp), intent(in) :: v(lanes, n_strains, 2)
+        real(wp), intent(out) :: pv(lanes, n_strains, 2)
+        real(wp) :: bend(lanes)
+        integer :: i, side
+
+        !GCC$ unroll 2
+        do side = 1, 2
+            bend = 2.0_wp*p(:, side)*con(:, at_inverse_jm)*by_room(:, side)
             !GCC$ unroll 8
             do i = 1, n_strains
                 pv(:, i, side) = bend*v(:, i, side)
             end do
         end do
-    end subroutine weigh_pair
+    end subroutine bend_pair
 
     !> m <- m + the moments of a pair of heights.
     pure subroutine add_moments(z, g, p, gj, r, m)

@@ -167,6 +167,7 @@ contains
         end if
         call self%slots%gather(slot, n_fields, n_fields, stage%f_external, f)
         call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
+            self%slots%has_limit, &
             self%slots%constants(:, :, self%slots%constants_of(slot)), &
                 stage%mass_factor/stage%force_factor, fields, &
                 a, &

@@ -9,7 +9,7 @@ module gb_chain_lanes
         condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
     use gb_blocks_lanes, only: n_triangle, n_kept_node, eliminate_node, back_substitute
-    use gb_slots, only: element_constants, has_square_power
+    use gb_slots, only: element_constants, has_square_power, has_chain_limit
     use gb_stage, only: stage_t
     use gb_system, only: system_t
     implicit none
@@ -21,7 +21,7 @@ module gb_chain_lanes
     type, public :: chain_t
         integer :: n_elements = 0
         integer :: pairs = 0                            !! of heights
-        logical :: has_middle = .false., is_square = .true.
+        logical :: has_middle = .false., is_square = .true., has_limit = .true.
         real(wp), allocatable :: constants(:, :, :)     !! (lanes, n_element, elements)
         logical, allocatable :: is_held(:, :)           !! at end nodes (5, 0:elements)
         logical, allocatable :: has_support(:)          !! any of them (0:elements)
@@ -52,6 +52,7 @@ contains
             self%pairs = points/2
             self%has_middle = modulo(points, 2) == 1
             self%is_square = has_square_power(system)
+            self%has_limit = has_chain_limit(system)
             allocate (self%constants(lanes, n_element, n))
             allocate (self%is_held(n_fields, 0:n), self%has_support(0:n))
             do e = 0, n
@@ -117,12 +118,12 @@ contains
             call accelerate(mass_factor, u(1, 1, 2*e - 1), u_mass(1, 1, 2*e - 1), a)
             if (force_factor < 1.0_wp) then
                 call go_back(force_factor, u(1, 1, 2*e - 1), u_start(1, 1, 2*e - 1), fields)
-                call condense_element(self%pairs, self%has_middle, self%is_square, self%constants(:, :, e), &
-                    mass_factor/force_factor, fields, a, f(1, 1, 2*e), part(:, :, now), &
+                call condense_element(self%pairs, self%has_middle, self%is_square, self%has_limit, &
+                    self%constants(:, :, e), mass_factor/force_factor, fields, a, f(1, 1, 2*e), part(:, :, now), &
                     self%kept(:, :, e), room, pivot)
             else
-                call condense_element(self%pairs, self%has_middle, self%is_square, self%constants(:, :, e), &
-                    mass_factor, u(1, 1, 2*e - 1), a, f(1, 1, 2*e), part(:, :, now), self%kept(:, :, e), &
+                call condense_element(self%pairs, self%has_middle, self%is_square, self%has_limit, &
+                    self%constants(:, :, e), mass_factor, u(1, 1, 2*e - 1), a, f(1, 1, 2*e), part(:, :, now), self%kept(:, :, e), &
                     room, pivot)
             end if
             call join(part(:, :, before), part(:, :, now), f(1, 1, 2*e - 1), k, r)

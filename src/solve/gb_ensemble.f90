@@ -13,7 +13,7 @@ module gb_ensemble
     use gb_recorder, only: recorder_t, step_record_t
     use gb_system, only: system_t
     use gb_external, only: external_t
-    use gb_slots, only: has_square_power
+    use gb_slots, only: has_square_power, has_chain_limit
     use gb_scheme, only: scheme_t
     use gb_schemes, only: make_scheme
     use gb_stage, only: stage_t
@@ -70,6 +70,7 @@ contains
         if (system%sections(system%kind(1))%nz /= other_system%sections(other_system%kind(1))%nz) return
         if (any(system%fixed .neqv. other_system%fixed)) return
         if (has_square_power(system) .neqv. has_square_power(other_system)) return
+        if (has_chain_limit(system) .neqv. has_chain_limit(other_system)) return
         if (system%has_massless .neqv. other_system%has_massless) return
         if (system%has_massless) then
             if (any(system%massless .neqv. other_system%massless)) return

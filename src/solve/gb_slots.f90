@@ -24,6 +24,7 @@ module gb_slots
         integer :: pairs = 0                            !! of heights
         logical :: has_middle = .false.                 !! a height at the mid-line
         logical :: is_square = .true.                   !! beta = -2 everywhere
+        logical :: has_limit = .true.                   !! 1/jm is felt somewhere
         integer, allocatable :: first(:), last(:)       !! a slot's first and last element (slots)
         integer, allocatable :: constants_of(:)         !! which constants a slot has (slots)
         integer, allocatable :: pass_slot(:)            !! slots before a pass's first (passes + 1)
@@ -35,7 +36,7 @@ module gb_slots
         procedure :: gather
     end type slots_t
 
-    public :: element_constants, has_square_power
+    public :: element_constants, has_square_power, has_chain_limit
 
 contains
 
@@ -49,6 +50,7 @@ contains
         self%pairs = points/2
         self%has_middle = modulo(points, 2) == 1
         self%is_square = has_square_power(system)
+        self%has_limit = has_chain_limit(system)
         call plan_passes(self)
         call build_constants(self, system)
     end subroutine set_up
@@ -147,6 +149,17 @@ contains
             if (abs(system%sections(system%kind(e))%p(3) + 2.0_wp) > 0.0_wp) has_square_power = .false.
         end do
     end function has_square_power
+
+    !> Whether the chains' limit is felt at all in some element: 1/jm is added to numbers of the size of 1.
+    pure logical function has_chain_limit(system)
+        type(system_t), intent(in) :: system
+        integer :: e
+
+        has_chain_limit = .false.
+        do e = 1, system%n_elements
+            if (system%sections(system%kind(e))%p(4) > 0.1_wp*epsilon(1.0_wp)) has_chain_limit = .true.
+        end do
+    end function has_chain_limit
 
     !> What the lane kernels need to know of an element.
     pure function element_constants(section, length, density) result(con)

@@ -5,7 +5,7 @@ module gb_findings
     use gb_error, only: error_t
     use gb_forecast, only: forecast_t
     use gb_ladder, only: ladder_t
-    use gb_pieces, only: spread_elements
+    use gb_pieces, only: spread_elements, least_density
     use gb_problem, only: problem_t, task_transient
     use gb_tuning, only: setting_t, n_sources, source_mesh, source_time, source_thickness, source_inertia, &
         source_names
@@ -96,8 +96,8 @@ contains
         found%mesh_axis%highest_order = 1.5_wp
         found%mesh_axis%first_order = 1.5_wp
         found%mesh_axis%reach = 1.3_wp
-        call learn_axis(ladder, found%mesh, [(found%n*2.0_wp**(i - 1), i=1, size(found%mesh))], &
-            found%mesh_axis)
+        call learn_axis(ladder, found%mesh, [(least_density(ladder%pieces, &
+            ladder%rungs(found%mesh(i))%setting%elements), i=1, size(found%mesh))], found%mesh_axis)
         found%time_axis%lowest_order = 0.6_wp
         found%time_axis%highest_order = 2.0_wp
         found%time_axis%first_order = 0.6_wp

@@ -15,7 +15,7 @@ module gb_pieces
         real(wp) :: growth = 1.0_wp                 !! element length at its end over that at its start [-]
     end type piece_t
 
-    public :: cut_into_pieces, spread_elements, mesh_pieces
+    public :: cut_into_pieces, spread_elements, least_density, mesh_pieces
 
     !> Two places closer than this part of the beam's length are one (as the deck's reader takes it).
     real(wp), parameter :: same_place = 1.0e-9_wp
@@ -103,6 +103,14 @@ contains
 
         elements = max(1, nint(number*pieces%share/sum(pieces%share)))
     end function spread_elements
+
+    !> Number of elements that a mesh would have if they were everywhere as long as in its coarsest piece.
+    pure real(wp) function least_density(pieces, elements) result(number)
+        type(piece_t), intent(in) :: pieces(:)
+        integer, intent(in) :: elements(:)          !! of the pieces
+
+        number = minval(real(elements, wp)/pieces%share)*sum(pieces%share)
+    end function least_density
 
     !> Lines of a mesh with so many elements on every piece, of so many nodes each.
     pure function mesh_pieces(pieces, elements, nodes) result(lines)

@@ -7,6 +7,7 @@ module gb_refine
     use gb_findings, only: findings_t, set_elements, climb_finer, climb_in_time, learn_axes, &
         learn_forecast, has_transients, most_elements, most_steps
     use gb_ladder, only: ladder_t
+    use gb_pieces, only: least_density
     use gb_section, only: inertia_diagonal, inertia_full
     use gb_text, only: to_text
     use gb_trial, only: work_of_iteration
@@ -26,8 +27,6 @@ module gb_refine
     !> tried where fixed ones would be so many times as many.
     real(wp), parameter, public :: adaptive_work = 3.5_wp
     real(wp), parameter :: uneven = 2.5_wp, first_local = 1.0e-3_wp
-    !> Part of what remains that the mesh may take before it counts as the one to refine.
-    real(wp), parameter :: mesh_part = 0.35_wp
 
     public :: refine
 
@@ -123,8 +122,9 @@ contains
         end associate
     end function steps_for
 
-    !> The cheapest setting that is good enough; or, where none is within reach, or a cheaper one seems to lie
-    !> a little beyond it, by how much the steps are to grow for the next trial. 0 where the mesh is to.
+    !> The cheapest setting that is good enough. Where none is within reach, or a cheaper one seems to lie
+    !> beyond it that is worth a further trial: by how much the steps are to grow for that; 0 where the mesh
+    !> is to.
     subroutine choose(ladder, found, chosen, parts, growth, is_chosen)
         type(ladder_t), intent(in) :: ladder
         type(findings_t), intent(inout) :: found
@@ -132,53 +132,80 @@ contains
         real(wp), intent(out) :: parts(n_sources)   !! errors of the choice, by source [-]
         real(wp), intent(out) :: growth
         logical, intent(out) :: is_chosen
-        type(setting_t) :: needed
-        real(wp) :: needed_parts(n_sources), work, needed_work, mesh_error, time_error
+        type(setting_t) :: finer, longer
+        real(wp) :: other_parts(n_sources), work, work_finer, work_longer, reach
 
         call learn_forecast(ladder, found)
         growth = 0.0_wp
-        call choose_within(ladder, found, found%time_axis%largest_size(), chosen, parts, work)
-        is_chosen = work < huge(work)
-        if (.not. has_transients(ladder%problem)) return
-        call choose_within(ladder, found, most_steps, needed, needed_parts, needed_work)
-        if (needed_work < huge(work)) then
-            growth = surplus*real(needed%n_steps(), wp)/found%time_axis%largest_size()
-            growth = min(most_growth, max(least_growth, growth))
-            needed_work = needed_work + work_of_iteration(found%base, ladder%has_block)*growth &
-                *found%steps(size(found%steps))*real(found%base%n_steps(), wp)
+        associate (n => found%mesh_axis%largest_size(), steps => found%time_axis%largest_size())
+            reach = steps
+            call choose_within(ladder, found, n, steps, chosen, parts, work)
+            call choose_within(ladder, found, 2.0_wp*n, most_steps, finer, other_parts, work_finer)
+            call choose_within(ladder, found, n, most_steps, longer, other_parts, work_longer)
+        end associate
+        if (work_finer < huge(work_finer)) work_finer = work_finer + work_of_longer_rung(finer) &
+            + work_of_rung(2.0_wp**size(found%mesh), 1.0_wp)
+        if (work_longer < huge(work_longer)) then
+            growth = growth_for(longer)
+            work_longer = work_longer + work_of_longer_rung(longer)
         end if
-        if (is_chosen) then
-            is_chosen = work <= needed_work/worthwhile_part .or. growth <= 0.0_wp
-            return
-        end if
-        mesh_error = found%mesh_axis%error_at(found%mesh_axis%largest_size())
-        time_error = found%time_axis%error_at(found%time_axis%largest_size())
-        if (mesh_error*(1.0_wp - mesh_part) >= time_error*mesh_part) growth = 0.0_wp
+        is_chosen = work < huge(work) .and. work <= min(work_finer, work_longer)/worthwhile_part
+        if (work_finer < work_longer .or. .not. has_transients(ladder%problem)) growth = 0.0_wp
+
+    contains
+
+        !> By how much the steps are to grow to bring a setting into reach.
+        real(wp) function growth_for(setting)
+            type(setting_t), intent(in) :: setting
+
+            growth_for = min(most_growth, max(least_growth, surplus*real(setting%n_steps(), wp)/reach))
+        end function growth_for
+
+        !> Work of the trial that brings a setting into reach, if it is not.
+        real(wp) function work_of_longer_rung(setting)
+            type(setting_t), intent(in) :: setting
+
+            work_of_longer_rung = 0.0_wp
+            if (real(setting%n_steps(), wp) > reach) work_of_longer_rung &
+                = work_of_rung(1.0_wp, growth_for(setting)*found%steps(size(found%steps)))
+        end function work_of_longer_rung
+
+        !> Work of a further trial: so many times the elements and steps of the base.
+        real(wp) function work_of_rung(elements, steps)
+            real(wp), intent(in) :: elements, steps
+
+            work_of_rung = elements*work_of_iteration(found%base, ladder%has_block)*steps &
+                *real(found%base%n_steps(), wp)
+        end function work_of_rung
+
     end subroutine choose
 
-    !> The cheapest setting of so many steps at most whose forecast is below the accuracy.
-    subroutine choose_within(ladder, found, most, chosen, parts, work)
+    !> The cheapest setting of so many elements and steps at most whose forecast is below the accuracy.
+    subroutine choose_within(ladder, found, most_n, most, chosen, parts, work)
         type(ladder_t), intent(in) :: ladder
         type(findings_t), intent(in) :: found
+        real(wp), intent(in) :: most_n              !! elements, as their density has it
         real(wp), intent(in) :: most                !! steps
         type(setting_t), intent(out) :: chosen
         real(wp), intent(out) :: parts(n_sources)   !! errors of the choice, by source [-]
         real(wp), intent(out) :: work               !! in iterations; huge where there is none
         type(setting_t) :: setting
-        real(wp) :: n
+        real(wp) :: n, density
 
         parts = 0.0_wp
         work = huge(work)
         setting = found%base
         setting%points = found%points
         n = found%n
-        do while (n <= found%mesh_axis%largest_size())
+        do
             call set_elements(ladder, n, setting)
+            density = least_density(ladder%pieces, setting%elements)
+            if (density > most_n) exit
             setting%inertia = inertia_diagonal
-            call choose_steps(ladder, found, n, setting, most, work, chosen, parts)
+            call choose_steps(ladder, found, density, setting, most, work, chosen, parts)
             if (found%fuller > 0) then
                 setting%inertia = inertia_full
-                call choose_steps(ladder, found, n, setting, most, work, chosen, parts)
+                call choose_steps(ladder, found, density, setting, most, work, chosen, parts)
             end if
             n = max(n + 1.0_wp, step_growth*n)
         end do
@@ -188,7 +215,7 @@ contains
     subroutine choose_steps(ladder, found, n, setting, most, least_cost, chosen, parts)
         type(ladder_t), intent(in) :: ladder
         type(findings_t), intent(in) :: found
-        real(wp), intent(in) :: n                   !! elements asked for
+        real(wp), intent(in) :: n                   !! elements, as their density has it
         type(setting_t), intent(in) :: setting
         real(wp), intent(in) :: most                !! steps
         real(wp), intent(inout) :: least_cost
