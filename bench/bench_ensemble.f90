@@ -1,6 +1,6 @@
 !> Cost of an element and Newton iteration where members of a sweep go side by side, one a lane:
-!> bench_ensemble ELEMENTS STEPS REPEATS [JM]. The members are example 1 with loads that differ a little. Prints
-!> the least of the repeats.
+!> bench_ensemble ELEMENTS STEPS REPEATS [JM]. The members are example 1 with loads that differ a little.
+!> Prints the least of the repeats.
 program bench_ensemble
     use gb_kinds, only: wp
     use gb_lanes, only: lanes

@@ -9,8 +9,8 @@
 !>     a dyad a height, 4 phi'' (dI1/2)(dI1/2)';
 !> six moments of psi'', since dJ is a sum of three functions of z (q, q zeta, dJ/dxi) times constant vectors;
 !>     moments of phi' and psi' in powers of z, for the second derivatives of I1 and J.
-!> Gauss points come in pairs +-z and, for an odd number, one at z = 0, where most terms vanish. Chains without
-!> a limit (jm beyond round-off, neo-Hookean) have phi'' = 0: no dyads.
+!> Gauss points come in pairs +-z and, for an odd number, one at z = 0, where most terms vanish. Chains
+!> without a limit (jm beyond round-off, neo-Hookean) have phi'' = 0: no dyads.
 module gb_section_lanes
     use gb_kinds, only: wp, log1p
     use gb_lanes, only: lanes
@@ -226,8 +226,8 @@ contains
         end do
     end subroutine gradients_of_pair
 
-    !> Slopes and curvatures of the energy at both heights, times weight: p = 2 phi', gj = psi', r = psi''; and
-    !> by_room = 1/(1 - (I1-2)/jm).
+    !> Slopes and curvatures of the energy at both heights, times weight: p = 2 phi', gj = psi', r = psi'';
+    !> and by_room = 1/(1 - (I1-2)/jm).
     pure subroutine weigh_pair(con, weight, j, left, power, by_room, p, gj, r)
         real(wp), intent(in) :: con(lanes, n_section), weight(lanes)
         real(wp), intent(in), dimension(lanes, 2) :: j, left, power

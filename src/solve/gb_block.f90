@@ -167,11 +167,8 @@ contains
         end if
         call self%slots%gather(slot, n_fields, n_fields, stage%f_external, f)
         call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
-            self%slots%has_limit, &
-            self%slots%constants(:, :, self%slots%constants_of(slot)), &
-                stage%mass_factor/stage%force_factor, fields, &
-                a, &
-            f, part, self%kept(:, :, slot), room, pivot)
+            self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(slot)), &
+            stage%mass_factor/stage%force_factor, fields, a, f, part, self%kept(:, :, slot), room, pivot)
         !GCC$ unroll 5
         do i = 1, n_fields
             self%residuals(:, i) = max(self%residuals(:, i), abs(part(:, at_raw + n_fields + i)))

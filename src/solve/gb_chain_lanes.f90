@@ -119,12 +119,12 @@ contains
             if (force_factor < 1.0_wp) then
                 call go_back(force_factor, u(1, 1, 2*e - 1), u_start(1, 1, 2*e - 1), fields)
                 call condense_element(self%pairs, self%has_middle, self%is_square, self%has_limit, &
-                    self%constants(:, :, e), mass_factor/force_factor, fields, a, f(1, 1, 2*e), part(:, :, now), &
-                    self%kept(:, :, e), room, pivot)
+                    self%constants(:, :, e), mass_factor/force_factor, fields, a, f(1, 1, 2*e), &
+                    part(:, :, now), self%kept(:, :, e), room, pivot)
             else
                 call condense_element(self%pairs, self%has_middle, self%is_square, self%has_limit, &
-                    self%constants(:, :, e), mass_factor, u(1, 1, 2*e - 1), a, f(1, 1, 2*e), part(:, :, now), self%kept(:, :, e), &
-                    room, pivot)
+                    self%constants(:, :, e), mass_factor, u(1, 1, 2*e - 1), a, f(1, 1, 2*e), &
+                    part(:, :, now), self%kept(:, :, e), room, pivot)
             end if
             call join(part(:, :, before), part(:, :, now), f(1, 1, 2*e - 1), k, r)
             if (self%has_support(e - 1)) call hold(self%is_held(:, e - 1), k, r, part(1, at_lr + 1, now), &
