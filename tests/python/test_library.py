@@ -70,6 +70,18 @@ def test_arrays_are_those_of_the_results_file(tmp_path):
             assert array.tobytes() == stored[name][()].astype(float).tobytes(), name
 
 
+def test_what_is_left_to_the_program(tmp_path, capfd):
+    """`auto` chooses the same in the library, without a word; signals stay the caller's."""
+    deck = DECK[: DECK.index("END")] + "END\nTRANSIENT auto accuracy=2e-2 probe=tip end=8e-3\n"
+    assert program(deck=deck, folder=tmp_path).returncode == 0
+    before = signal.getsignal(signal.SIGTERM)
+    result = gentbeam.run(deck)
+    with h5py.File(tmp_path / "gentbeam.h5") as file:
+        assert result["mesh/x"].tobytes() == file["mesh/x"][()].tobytes()
+        assert result.probe("tip")[1].tobytes() == file["transient/probes/tip"][()].tobytes()
+    assert capfd.readouterr() == ("", "") and signal.getsignal(signal.SIGTERM) == before
+
+
 def test_ways_to_the_usual_arrays():
     result = gentbeam.run(DECK)
     time, tip = result.probe("tip")
