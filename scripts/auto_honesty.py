@@ -312,7 +312,7 @@ def draw_cost(axis, rows):
     axis.set_ylim(-0.7, len(rows) - 0.3)
     axis.set_xlabel("CPU time over that of the best setting by hand", fontsize=8)
     axis.set_title("cost, all trials included", loc="left")
-    axis.legend(frameon=False, loc="upper right", fontsize=7, bbox_to_anchor=(1.02, 0.3))
+    axis.legend(frameon=False, loc="lower right", fontsize=7, bbox_to_anchor=(1.03, 0.02))
 
 
 def main():

@@ -54,7 +54,7 @@ contains
         real(wp), intent(in) :: deadline            !! CPU time at which to stop [s]; 0: none
 
         self%problem = problem
-        self%pieces = cut_into_pieces(problem%model)
+        self%pieces = cut_into_pieces(problem%model, places_of_probes(problem))
         self%accuracy = minval(problem%tasks%aim, mask=problem%tasks%is_auto)
         self%tolerance = max(tightest_tolerance, min(loosest_tolerance, newton_part*self%accuracy))
         self%deadline = deadline
@@ -63,6 +63,18 @@ contains
         allocate (self%rungs(0), self%trials(0))
         call self%log%line('    rung  elements   steps  points  inertia           change')
     end subroutine begin
+
+    !> Where the probes stand that must be accurate [L].
+    pure function places_of_probes(problem) result(places)
+        type(problem_t), intent(in) :: problem
+        real(wp), allocatable :: places(:)
+        integer :: i
+
+        allocate (places(0))
+        do i = 1, size(problem%tasks)
+            if (problem%tasks(i)%is_auto) places = [places, problem%probes(problem%tasks(i)%aim_probes)%x]
+        end do
+    end function places_of_probes
 
     !> Try a setting, or find it among those that have been tried; `number` is its rung. The reason and the
     !> rung that it is compared with are for the record.

@@ -19,16 +19,18 @@ module gb_pieces
 
     !> Two places closer than this part of the beam's length are one (as the deck's reader takes it).
     real(wp), parameter :: same_place = 1.0e-9_wp
-    !> Ends of distributed loads become nodes too, unless that would leave a piece shorter than this part of
-    !> the beam.
+    !> Ends of distributed loads and places of probes become nodes too, unless that would leave a piece
+    !> shorter than this part of the beam.
     real(wp), parameter :: shortest_part = 0.02_wp
 
 contains
 
-    !> Pieces from left to right. Their ends are those of the LINEs, the places of supports and point loads,
-    !> and the ends of distributed loads: an element in which a load ends converges more slowly.
-    function cut_into_pieces(model) result(pieces)
+    !> Pieces from left to right. Their ends are those of the LINEs, the places of supports and point loads;
+    !> the ends of distributed loads, since an element in which a load ends converges more slowly; and the
+    !> probes that matter, since displacements are most accurate at nodes.
+    function cut_into_pieces(model, probes) result(pieces)
         type(model_t), intent(in) :: model
+        real(wp), intent(in) :: probes(:)           !! places of these [L]
         type(piece_t), allocatable :: pieces(:)
         real(wp), allocatable :: places(:), cuts(:)
         real(wp) :: length
@@ -39,6 +41,9 @@ contains
         do i = 1, size(model%distributed_loads)
             call add_end(model%distributed_loads(i)%from)
             call add_end(model%distributed_loads(i)%to)
+        end do
+        do i = 1, size(probes)
+            call add_end(probes(i))
         end do
         places = sorted(places)
         allocate (pieces(0))
