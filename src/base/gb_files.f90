@@ -82,7 +82,7 @@ module gb_files
     end interface add_to_digest
 
     public :: begin_rehearsal, end_rehearsal, rehearsal_went_well
-    public :: is_same_file, add_to_digest, seal_file, check_seal, replace_file, &
+    public :: leaves_folder, is_same_file, add_to_digest, seal_file, check_seal, replace_file, &
         remove_file, is_file
 
     !> Where a digest starts.
@@ -164,6 +164,13 @@ contains
 
         is_same_file = c_is_same_file(first // c_null_char, second // c_null_char) /= 0
     end function is_same_file
+
+    !> Whether a path leads out of the folder that the program runs in.
+    pure logical function leaves_folder(path)
+        character(*), intent(in) :: path
+
+        leaves_folder = index(path, '/') == 1 .or. index('/' // path, '/../') > 0
+    end function leaves_folder
 
     !> Let a copy of this process try out, for so many seconds at most, what may crash it: 0 in the copy,
     !> which ends with `end_rehearsal`; another number in the original.

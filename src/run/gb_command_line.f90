@@ -140,13 +140,17 @@ contains
         type(options_t), intent(inout) :: options
         character(*), intent(in) :: name, value
         type(error_t), allocatable, intent(out) :: error
-        integer :: mark, info
+        integer :: mark, info, i
 
         select case (name)
         case ('-o', '--output')
             options%output = without_ending(value)
-            if (len(options%output) == 0) call raise(error, status_input, 'option ' // name &
-                // ' needs a file name')
+            if (len(options%output) == 0) then
+                call raise(error, status_input, 'option ' // name // ' needs a file name')
+            else if (any([(iachar(value(i:i)) < 32 .or. iachar(value(i:i)) == 127, i=1, len(value))])) then
+                call raise(error, status_input, 'option ' // name // ' needs a file name without line ' &
+                    // 'ends and other control characters')
+            end if
         case ('--set')
             mark = index(value, '=')
             if (mark < 2 .or. mark == len(value)) then

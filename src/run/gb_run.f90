@@ -2,6 +2,7 @@
 module gb_run
     use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
     use gb_kinds, only: wp
+    use gb_files, only: leaves_folder
     use gb_error, only: error_t, raise, status_ok, status_input, status_file, status_interrupted
     use gb_memory, only: memory_t
     use gb_checkpoint, only: checkpoint_t
@@ -112,6 +113,7 @@ contains
         if (allocated(error)) return
         log%level = options%log_level
         call print_summary(problem, log)
+        if (len(options%output) == 0) call tell_other_folder(problem, log)
         if (options%check_only) then
             call draw_model(problem%model, log)
             return
@@ -126,6 +128,24 @@ contains
         if (.not. allocated(error)) call check_memory(problem, error)
         if (.not. allocated(error)) call run_sweep(problem, recipe, share, threads, options%log_level, error)
     end subroutine run_deck
+
+    !> A deck may come from somebody else: where it has files written outside this folder, that is told.
+    subroutine tell_other_folder(problem, log)
+        type(problem_t), intent(in) :: problem
+        type(log_t), intent(inout) :: log
+        integer :: i
+
+        if (leaves_folder(problem%output%file)) call log%line('  warning: the deck puts the results outside ' &
+            // 'this folder, into ' // problem%output%file // '.h5 (-o gives another name)')
+        do i = 1, size(problem%tasks)
+            if (.not. allocated(problem%tasks(i)%safeguard%file)) cycle
+            associate (file => problem%tasks(i)%safeguard%file)
+                if (.not. leaves_folder(file)) cycle
+                call log%line('  warning: the deck puts checkpoints outside this folder, into ' // file)
+                return
+            end associate
+        end do
+    end subroutine tell_other_folder
 
     !> Decide what the deck leaves open, and run it. What the deciding takes counts for --max-time.
     subroutine choose_and_solve(problem, options, log, error)

@@ -42,6 +42,20 @@ def test_output_of_the_deck(gentbeam):
     assert [path.name for path in gentbeam.folder.iterdir()] == ["other.h5"]
 
 
+def test_a_deck_that_writes_elsewhere_is_told(gentbeam):
+    """A deck may be somebody else's. Who names the file on the command line knows where it goes."""
+    inner = gentbeam.folder / "inner"
+    inner.mkdir()
+    tasks = "CHECKPOINT every=100 file=/tmp/never.h5\nTRANSIENT newmark step=2e-4 end=1e-3"
+    deck = small_deck(tasks, "OUTPUT file=../up")
+    out = gentbeam(deck=deck, cwd=inner).out
+    assert "warning: the deck puts the results outside this folder, into ../up.h5" in out
+    assert "warning: the deck puts checkpoints outside this folder, into /tmp/never.h5" in out
+    assert (gentbeam.folder / "up.h5").exists()
+    assert "warning" not in gentbeam("-o", "../up", deck=small_deck(), cwd=inner).out
+    assert "warning" not in gentbeam(deck=small_deck(model="OUTPUT file=a..b"), cwd=inner).out
+
+
 def test_name_with_blanks_and_letters_of_other_scripts(gentbeam):
     gentbeam("-o", "Balken \u00fcber zwei", deck=small_deck())
     assert h5py.is_hdf5(gentbeam.folder / "Balken \u00fcber zwei.h5")
@@ -69,6 +83,7 @@ def test_set_replaces_parameters(gentbeam):
         (["--set"], ["option --set needs a value"]),
         (["-o"], ["option -o needs a value"]),
         (["-o", ""], ["option -o needs a file name"]),
+        (["-o", "two\nlines"], ["option -o needs a file name without line ends"]),
         (["--outptu", "x"], ["unknown option '--outptu'", "did you mean '--output'?"]),
         (["-z"], ["unknown option '-z'"]),
         (["--threads", "0"], ["--threads needs a whole number", "'0'"]),
