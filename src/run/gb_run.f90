@@ -135,8 +135,8 @@ contains
         type(log_t), intent(inout) :: log
         integer :: i
 
-        if (leaves_folder(problem%output%file)) call log%line('  warning: the deck puts the results outside ' &
-            // 'this folder, into ' // problem%output%file // '.h5 (-o gives another name)')
+        if (leaves_folder(problem%output%file)) call log%line('  warning: the deck puts the results ' &
+            // 'outside this folder, into ' // problem%output%file // '.h5 (-o gives another name)')
         do i = 1, size(problem%tasks)
             if (.not. allocated(problem%tasks(i)%safeguard%file)) cycle
             associate (file => problem%tasks(i)%safeguard%file)
