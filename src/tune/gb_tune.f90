@@ -111,7 +111,7 @@ contains
         end do
     end function error_bars
 
-    !> Say what was chosen, what it is worth, and what was left out and why; and how to write it by hand.
+    !> Say what was chosen, what it is worth, and what was left out and why.
     subroutine explain(ladder, found, tuning)
         type(ladder_t), intent(inout) :: ladder
         type(findings_t), intent(in) :: found
