@@ -1,7 +1,7 @@
 # The lane kernels (src/element/gb_lanes.F90): how many elements or beams go side by side, and how these files
-# are compiled. AUTO takes what fills one vector register of the processor that GENTBEAM_MARCH names; of AVX-512
-# half a register, which most beams fill: those of 10 elements take a tenth less than with 8 lanes, those of 1000
-# a twentieth more.
+# are compiled. AUTO takes what fills one vector register of the processor that GENTBEAM_MARCH names; of
+# AVX-512 half a register, which most beams fill: those of 10 elements take a tenth less than with 8 lanes,
+# those of 1000 a twentieth more.
 set(GENTBEAM_LANES "AUTO" CACHE STRING "Elements side by side in the lane kernels: AUTO, 1, 2, 4, 8 or 16")
 set_property(CACHE GENTBEAM_LANES PROPERTY STRINGS AUTO 1 2 4 8 16)
 
@@ -49,7 +49,8 @@ function(gentbeam_use_lanes)
 endfunction()
 
 # gentbeam_chain_options(FILE...): what goes along a single beam between its lane kernels. Choices between two
-# numbers may be made without a branch there; the sign of a zero, and traps, decide nothing. (Debug builds trap.)
+# numbers may be made without a branch there; the sign of a zero, and traps, decide nothing. (Debug builds
+# trap.)
 function(gentbeam_chain_options)
     if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
         set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_OPTIONS

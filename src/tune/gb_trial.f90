@@ -60,8 +60,8 @@ module gb_trial
 
     !> Work of an iteration in an element, by its nodes, in units of the block solver's three-node element:
     !> measured (docs/choosing-a-model.md). The block solver takes three nodes and constant inertia.
-    real(wp), parameter :: block_work = 1.0_wp, work_of_order(2:5) = [1.7_wp, 3.6_wp, 6.9_wp, 11.4_wp]
-    real(wp), parameter :: full_inertia_work = 5.1_wp, point_work = 0.06_wp
+    real(wp), parameter :: block_work = 1.0_wp, work_of_order(2:5) = [2.0_wp, 4.0_wp, 7.3_wp, 11.9_wp]
+    real(wp), parameter :: full_inertia_work = 6.9_wp, point_work = 0.03_wp
     !> A step that must be halved more often is too long to tell anything.
     integer, parameter :: most_cuts = 3
     !> An energy balance that is off by this part of the largest energy: the scheme has lost its footing.

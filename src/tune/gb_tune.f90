@@ -116,9 +116,12 @@ contains
         type(ladder_t), intent(inout) :: ladder
         type(findings_t), intent(in) :: found
         type(tuning_t), intent(in) :: tuning
+        type(setting_t) :: fuller
         character(:), allocatable :: text
         integer :: i
 
+        fuller = tuning%chosen
+        fuller%inertia = inertia_full
         associate (chosen => tuning%chosen, log => ladder%log)
             text = '  chosen: ' // to_text(chosen%n_elements()) // ' elements of ' // to_text(chosen%nodes) &
                 // ' nodes, rule gauss with ' // to_text(chosen%points) // ' points'
@@ -149,7 +152,7 @@ contains
                 // to_text(found%thickness, 2) // ')')
             if (found%fuller > 0 .and. chosen%inertia /= inertia_full) call log%line('  left out: ' &
                 // 'inertia=full (changes the probes by ' // to_text(found%inertia, 2) &
-                // ', and costs 5 times as much)')
+                // ', and costs ' // to_text(work_of(fuller)/work_of(chosen), 2) // ' times as much)')
             if (has_transients(ladder%problem) .and. chosen%local <= 0.0_wp) call log%line('  left out: ' &
                 // 'adaptive steps (fixed ones are ' &
                 // to_text(ladder%unevenness(found%time(1)), 2) // ' times as many at equal error)')
