@@ -264,7 +264,7 @@ def summary(rows):
     )
     within = sum(ratio <= 4 for ratio in process)
     return (
-        f"The true error is {min(honesty):.2g} to {max(honesty):.2g} of the estimate. The whole process takes "
+        f"The true error is {min(honesty):.2g} to {max(honesty):.2g} of the estimate. The process takes "
         f"{min(process):.2g} to {max(process):.2g} times\n"
         f"the CPU time of the best by hand, at most 4 in {within} of {len(process)} scenes; "
         f"without start-up {min(loop):.2g} to {max(loop):.2g} times."
