@@ -117,6 +117,7 @@ contains
         section%rule = rule_gauss
         if (command%text('rule') == 'linear') section%rule = rule_linear
         section%inertia = inertia_diagonal
+        section%inertia_is_given = command%given('inertia')
         if (command%text('inertia') == 'translational') section%inertia = inertia_translational
         if (command%text('inertia') == 'full') section%inertia = inertia_full
         if (command%given('points') .and. command%text('rule') /= 'gauss') then

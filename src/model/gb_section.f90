@@ -35,6 +35,7 @@ module gb_section
         logical :: is_auto = .false.        !! their number is the program's choice
         real(wp) :: tolerance = 1.0e-3_wp   !! auto: relative error of the stress resultants [-]
         integer :: inertia = inertia_diagonal
+        logical :: inertia_is_given = .false.   !! by the deck: `auto` keeps it then
     contains
         procedure :: area
         procedure :: second_moment

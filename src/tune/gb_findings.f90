@@ -22,7 +22,8 @@ module gb_findings
         real(wp), allocatable :: local(:)           !! their local errors where steps are adaptive [-]; or 0
         integer :: points = 3                       !! Gauss points through the thickness that are needed
         integer :: thinner = 0, thicker = 0         !! rungs with these points, and with one more
-        integer :: lighter = 0, fuller = 0          !! with diagonal and with full inertia
+        logical :: keeps_inertia = .false.          !! the deck says which
+        integer :: lighter = 0, fuller = 0          !! rungs with diagonal and with full inertia
         real(wp) :: thickness = 0.0_wp, inertia = 0.0_wp    !! errors where these are left out [-]
         type(axis_t) :: mesh_axis, time_axis
         type(forecast_t) :: forecast

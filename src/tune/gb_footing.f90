@@ -34,6 +34,7 @@ contains
         logical :: is_adapted
         real(wp) :: mesh_change, time_change
 
+        call keep_given_inertia(ladder%problem, found)
         allocate (found%base%steps(size(ladder%problem%tasks)))
         found%n = max(real(least_elements, wp), first_elements_a_piece*real(size(ladder%pieces), wp))
         call set_elements(ladder, found%n, found%base)
@@ -81,6 +82,18 @@ contains
         found%local = [0.0_wp, 0.0_wp]
         call learn_axes(ladder, found)
     end subroutine find_footing
+
+    !> Where all sections of the beam name the same inertia, it is what the scene is meant to have.
+    pure subroutine keep_given_inertia(problem, found)
+        type(problem_t), intent(in) :: problem
+        type(findings_t), intent(inout) :: found
+
+        associate (sections => problem%model%sections(problem%model%mesh%section))
+            found%keeps_inertia = all(sections%inertia_is_given) &
+                .and. all(sections%inertia == sections(1)%inertia)
+            if (found%keeps_inertia) found%base%inertia = sections(1)%inertia
+        end associate
+    end subroutine keep_given_inertia
 
     !> Try the base setting; where it fails, another one.
     subroutine climb_somehow(ladder, found, failures, base, error)

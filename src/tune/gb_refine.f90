@@ -8,7 +8,7 @@ module gb_refine
         learn_forecast, has_transients, most_elements, most_steps
     use gb_ladder, only: ladder_t
     use gb_pieces, only: least_density
-    use gb_section, only: inertia_diagonal, inertia_full
+    use gb_section, only: inertia_full
     use gb_text, only: to_text
     use gb_trial, only: work_of_iteration
     use gb_tuning, only: setting_t, n_sources, source_mesh, source_time, source_thickness, source_inertia
@@ -201,7 +201,7 @@ contains
             call set_elements(ladder, n, setting)
             density = least_density(ladder%pieces, setting%elements)
             if (density > most_n) exit
-            setting%inertia = inertia_diagonal
+            setting%inertia = found%base%inertia
             call choose_steps(ladder, found, density, setting, most, work, chosen, parts)
             if (found%fuller > 0) then
                 setting%inertia = inertia_full

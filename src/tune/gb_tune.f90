@@ -156,7 +156,8 @@ contains
             if (has_transients(ladder%problem) .and. chosen%local <= 0.0_wp) call log%line('  left out: ' &
                 // 'adaptive steps (fixed ones are ' &
                 // to_text(ladder%unevenness(found%time(1)), 2) // ' times as many at equal error)')
-            if (has_transients(ladder%problem) .and. found%fuller == 0) call log%line('  inertia=full ' &
+            if (has_transients(ladder%problem) .and. found%fuller == 0 .and. .not. found%keeps_inertia) &
+                call log%line('  inertia=full ' &
                 // 'comes to no end in this scene: what it would change is not part of the estimate')
             associate (last => tuning%rungs(size(tuning%rungs)))
                 call log%line('  tried ' // to_text(size(tuning%rungs)) // ' settings in ' &

@@ -40,14 +40,14 @@ contains
             'no rule for the thickness comes below accuracy=')
     end subroutine look_at_thickness
 
-    !> Whether the full kinetic energy is needed.
+    !> What the full kinetic energy would change, unless the deck says which inertia is to be taken.
     subroutine look_at_inertia(ladder, found, error)
         type(ladder_t), intent(inout) :: ladder
         type(findings_t), intent(inout) :: found
         type(error_t), allocatable, intent(out) :: error
         type(setting_t) :: setting
 
-        if (.not. has_transients(ladder%problem)) return
+        if (.not. has_transients(ladder%problem) .or. found%keeps_inertia) return
         setting = found%base
         setting%inertia = inertia_full
         call weigh(ladder, found, setting, found%base, source_inertia, inertia_part, found%lighter, &

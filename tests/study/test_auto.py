@@ -184,6 +184,24 @@ def test_steps_are_adaptive_where_that_pays(gentbeam):
     assert "adaptive with accuracy" in out
 
 
+def test_given_inertia_is_kept(gentbeam):
+    """The error is that of the inertia that the deck gives then; left open, this scene needs the full one."""
+    tasks = "TRANSIENT auto accuracy=5e-3 probe=tip end=8e-3"
+    for given in ("", "inertia=diagonal", "inertia=translational"):
+        gentbeam("-q", "-o", "tuned", deck=deck("three supports", tasks, given))
+        with gentbeam.results("tuned") as file:
+            chosen = file["tuning"].attrs["inertia"]
+            assert chosen == (given.partition("=")[2] or "full")
+            assert (3 in file["tuning/rungs/inertia"][()]) == (given == "")
+            if given != "inertia=diagonal":
+                continue
+            gentbeam("-q", "-o", "truth", "--set", "n=40",
+                     deck=deck("three supports", "TRANSIENT newmark step=8e-7 end=8e-3", given))  # fmt: skip
+            with gentbeam.results("truth") as truth:
+                estimate = file["tuning"].attrs["estimate"]
+                assert 0.1 < relative_error(file, truth, "transient", "tip") / estimate < 2
+
+
 def test_probes_at_rest(gentbeam):
     tasks = "TRANSIENT auto accuracy=1e-2 probe=wall end=1e-3"
     gentbeam("-q", "-o", "tuned", deck=deck("cantilever", tasks, output="PROBE wall u3 x=0"))
