@@ -307,16 +307,18 @@ contains
         logical :: linear, full, other
         integer :: i
 
+        ! By the mesh, which END has made: a LINE behind it has no section.
         linear = .false.
         full = .false.
         other = .false.
-        do i = 1, draft%n_lines
-            associate (section => draft%problem%model%sections(draft%problem%model%lines(i)%section))
-                linear = linear .or. section%rule == rule_linear
-                full = full .or. section%inertia == inertia_full
-                other = other .or. section%inertia /= inertia_diagonal
-            end associate
-        end do
+        associate (model => draft%problem%model)
+            do i = 1, size(model%sections)
+                if (all(model%mesh%section /= i)) cycle
+                linear = linear .or. model%sections(i)%rule == rule_linear
+                full = full .or. model%sections(i)%inertia == inertia_full
+                other = other .or. model%sections(i)%inertia /= inertia_diagonal
+            end do
+        end associate
         trouble = ''
         remedy = ''
         select case (task%scheme)
