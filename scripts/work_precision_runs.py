@@ -26,6 +26,8 @@ from work_precision_scene import History
 
 SCRIPTS = Path(__file__).resolve().parent
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+# Times of processes differ by so much from run to run, the least of several too [s].
+NOISE = 5e-5
 # A run longer than this is measured twice only [s].
 LONG = 0.5
 
@@ -80,10 +82,10 @@ class Case:
     def loop(self):
         """CPU time of the solve loop, from the whole of it and that of its first step [s].
 
-        Not a number where the noise of the machine is larger.
+        Not a number where the noise of the machine may be as large.
         """
         rest = self.seconds - self.start.seconds
-        return rest * self.steps / (self.steps - 1) if rest > 0.0 and self.steps > 1 else float("nan")
+        return rest * self.steps / (self.steps - 1) if rest > NOISE and self.steps > 1 else float("nan")
 
     @property
     def size(self):
