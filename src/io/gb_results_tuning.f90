@@ -4,13 +4,12 @@ module gb_results_tuning
     use gb_error, only: error_t
     use gb_archive, only: archive_t, root, stored_int32
     use gb_problem, only: problem_t
+    use gb_section, only: inertia_names
     use gb_tuning, only: tuning_t, setting_t, n_sources, source_names
     implicit none
     private
 
     public :: write_tuning
-
-    character(13), parameter :: inertia_words(3) = [character(13) :: 'diagonal', 'translational', 'full']
 
 contains
 
@@ -30,7 +29,7 @@ contains
             call archive%set(group, 'elements', tuning%chosen%n_elements())
             call archive%set(group, 'nodes', tuning%chosen%nodes)
             call archive%set(group, 'points', tuning%chosen%points)
-            call archive%set(group, 'inertia', trim(inertia_words(tuning%chosen%inertia)))
+            call archive%set(group, 'inertia', trim(inertia_names(tuning%chosen%inertia)))
             call archive%set(group, 'scheme', trim(tuning%chosen%scheme))
             call archive%set(group, 'steps', tuning%chosen%n_steps())
             if (tuning%chosen%local > 0.0_wp) call archive%set(group, 'local_accuracy', tuning%chosen%local)

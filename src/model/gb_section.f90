@@ -8,6 +8,8 @@ module gb_section
     integer, parameter, public :: rule_gauss = 1, rule_linear = 2
     !> Which terms of the kinetic energy are kept.
     integer, parameter, public :: inertia_diagonal = 1, inertia_translational = 2, inertia_full = 3
+    character(13), parameter, public :: inertia_names(3) = [character(13) :: 'diagonal', 'translational', &
+        'full']
     !> `jm` of a neo-Hookean material.
     real(wp), parameter, public :: unlimited_jm = huge(1.0_wp)
 

@@ -3,7 +3,7 @@ module gb_summary
     use gb_kinds, only: wp
     use gb_text, only: to_text
     use gb_fields, only: n_fields, field_names
-    use gb_section, only: material_t, section_t, rule_gauss, unlimited_jm
+    use gb_section, only: material_t, section_t, rule_gauss, unlimited_jm, inertia_names
     use gb_model, only: model_t
     use gb_problem, only: problem_t
     use gb_log, only: log_t
@@ -12,8 +12,6 @@ module gb_summary
     private
 
     public :: print_summary
-
-    character(13), parameter :: inertia_words(3) = [character(13) :: 'diagonal', 'translational', 'full']
 
 contains
 
@@ -99,7 +97,7 @@ contains
         else
             text = text // 'linear (does not conserve energy exactly)'
         end if
-        text = text // ', inertia ' // trim(inertia_words(section%inertia))
+        text = text // ', inertia ' // trim(inertia_names(section%inertia))
     end function section_words
 
     subroutine print_supports(model, log)

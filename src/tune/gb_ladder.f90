@@ -7,7 +7,7 @@ module gb_ladder
     use gb_log, only: log_t
     use gb_pieces, only: piece_t, cut_into_pieces
     use gb_problem, only: problem_t, task_static
-    use gb_section, only: inertia_translational, inertia_full
+    use gb_section, only: inertia_names
     use gb_text, only: to_text
     use gb_trial, only: trial_t, try_setting, apply_setting
     use gb_tuning, only: setting_t, rung_t
@@ -41,9 +41,6 @@ module gb_ladder
     !> but its last increment is mostly far above that.
     real(wp), parameter :: newton_part = 1.0e-4_wp, loosest_tolerance = 1.0e-6_wp, &
         tightest_tolerance = 1.0e-10_wp
-
-    character(13), parameter, public :: inertia_words(3) = [character(13) :: 'diagonal', 'translational', &
-        'full']
 
 contains
 
@@ -182,7 +179,7 @@ contains
         associate (rung => self%rungs(number))
             text = column(to_text(number), 8) // column(to_text(rung%setting%n_elements()), 10) &
                 // column(to_text(rung%steps), 8) // column(to_text(rung%setting%points), 8) &
-                // '  ' // inertia_words(rung%setting%inertia)
+                // '  ' // inertia_names(rung%setting%inertia)
             if (len(rung%failure) > 0) then
                 text = text // '  failed (' // trim(rung%setting%scheme) // '): ' // rung%failure
             else if (rung%compared_with > 0) then

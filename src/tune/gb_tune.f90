@@ -7,11 +7,11 @@ module gb_tune
     use gb_error, only: error_t, status_interrupted
     use gb_findings, only: findings_t, has_transients
     use gb_footing, only: find_footing
-    use gb_ladder, only: ladder_t, inertia_words
+    use gb_ladder, only: ladder_t
     use gb_log, only: log_t
     use gb_problem, only: problem_t
     use gb_refine, only: refine, adaptive_work
-    use gb_section, only: inertia_full
+    use gb_section, only: inertia_full, inertia_names
     use gb_signals, only: caught_signal
     use gb_text, only: to_text
     use gb_trial, only: apply_setting, work_of_iteration
@@ -126,7 +126,7 @@ contains
             text = '  chosen: ' // to_text(chosen%n_elements()) // ' elements of ' // to_text(chosen%nodes) &
                 // ' nodes, rule gauss with ' // to_text(chosen%points) // ' points'
             if (has_transients(ladder%problem)) text = text // ', inertia ' &
-                // trim(inertia_words(chosen%inertia)) // ', ' // trim(chosen%scheme)
+                // trim(inertia_names(chosen%inertia)) // ', ' // trim(chosen%scheme)
             text = text // ', ' // to_text(chosen%n_steps()) &
                 // trim(merge(' step ', ' steps', chosen%n_steps() == 1))
             if (chosen%local > 0.0_wp) text = text // ' about, adaptive with accuracy ' &
