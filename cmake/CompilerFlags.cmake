@@ -1,4 +1,5 @@
-# Flags of our own sources, as a target to link with. No -ffast-math of any kind: NaN tests keep a run honest.
+# Flags of our own sources, as a target to link with. No -ffast-math: NaN tests keep a run honest (the two
+# options of cmake/Lanes.cmake leave them alone).
 # gfortran 12 warns wrongly of bounds that a condition guards and of allocatable components on their first
 # assignment, and rightly of arguments that a deferred interface asks for and an implementation does not need.
 add_library(gentbeam_flags INTERFACE)

@@ -4,23 +4,19 @@
 !> in the same state, in the norm of the energy, over the largest resultants of the beam.
 module gb_choose_points
     use gb_kinds, only: wp
-    use gb_error, only: error_t, status_interrupted, raise
+    use gb_error, only: error_t, status_interrupted
     use gb_beam, only: section_data_t, element_strains
-    use gb_external, only: external_t, build_external
     use gb_fields, only: n_fields
-    use gb_initial, only: initial_state
-    use gb_memory, only: memory_t
     use gb_model, only: model_t
-    use gb_problem, only: problem_t, task_t, task_modal, task_transient
+    use gb_pilot, only: pilot_t, run_pilot
+    use gb_problem, only: problem_t, task_t
     use gb_quadrature, only: gauss_legendre
-    use gb_recorder, only: recorder_t, step_record_t
+    use gb_recorder, only: step_record_t
     use gb_section, only: section_t
     use gb_section_gauss, only: n_strains, gauss_stress, gauss_tangent
-    use gb_signals, only: has_caught_signal
     use gb_solver_choice, only: block_obstacle
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
-    use gb_task, only: run_task
     implicit none
     private
 
@@ -37,7 +33,7 @@ module gb_choose_points
     real(wp), parameter :: clear_part = 1.0e-2_wp
 
     !> Follows the pilot run, and keeps the largest errors.
-    type, extends(recorder_t) :: observer_t
+    type, extends(pilot_t) :: observer_t
         type(system_t) :: system
         type(section_data_t), allocatable :: rules(:, :)    !! (least:most, kinds)
         real(wp), allocatable :: weight(:, :)       !! 1/stiffness of the strains at rest (strains, kinds)
@@ -45,13 +41,9 @@ module gb_choose_points
         real(wp), allocatable :: tolerance(:)       !! of the elements (ne)
         real(wp) :: largest = 0.0_wp                !! stress resultants so far, squared, as error
         real(wp) :: next_look = 0.0_wp              !! progress of the command
-        real(wp) :: deadline = 0.0_wp               !! CPU time at which to stop [s]; 0: none
     contains
         procedure :: begin_task
         procedure :: record_step
-        procedure :: record_modes
-        procedure :: end_task
-        procedure :: note
     end type observer_t
 
     public :: choose_points
@@ -122,11 +114,6 @@ contains
         type(observer_t), intent(inout) :: observer
         type(error_t), allocatable, intent(out) :: error
         type(problem_t) :: pilot
-        type(external_t) :: external
-        type(state_t) :: state
-        type(memory_t) :: memory
-        logical :: has_velocities
-        integer :: i
 
         pilot = problem
         where (pilot%model%sections%is_auto) pilot%model%sections%points = least
@@ -135,15 +122,7 @@ contains
             min(pilot_factor*pilot%tasks%step, pilot%tasks%end_time/real(pilot_steps, wp)))
         call prepare(observer, pilot)
         observer%deadline = deadline
-        external = build_external(pilot%model)
-        call initial_state(pilot%model, observer%system, state, error)
-        has_velocities = .true.
-        do i = 1, size(pilot%tasks)
-            if (allocated(error)) exit
-            if (pilot%tasks(i)%kind == task_modal) cycle
-            call run_task(pilot, i, observer%system, external, .false., memory, has_velocities, state, &
-                observer, error)
-        end do
+        call run_pilot(pilot, observer%system, observer, error)
         if (.not. allocated(error)) return
         if (error%status /= status_interrupted) deallocate (error)
     end subroutine observe
@@ -195,13 +174,8 @@ contains
         type(step_record_t), intent(in) :: step
         type(state_t), intent(in) :: state
         type(error_t), allocatable, intent(out) :: error
-        real(wp) :: now
 
-        if (has_caught_signal()) call raise(error, status_interrupted, 'stopped')
-        if (self%deadline > 0.0_wp) then
-            call cpu_time(now)
-            if (now > self%deadline) call raise(error, status_interrupted, 'stopped')
-        end if
+        call self%check_stop(error)
         if (allocated(error) .or. step%progress < self%next_look) return
         self%next_look = step%progress + 1.0_wp/real(looks, wp)
         call look(self, state%u)
@@ -248,23 +222,5 @@ contains
 
         call gauss_stress(rule%nz, rule%z, rule%wz, rule%p, g, s, admissible)
     end subroutine stress
-
-    !> Natural modes are not looked for: nothing depends on them.
-    subroutine record_modes(self, frequency, modes, error)
-        class(observer_t), intent(inout) :: self
-        real(wp), intent(in) :: frequency(:), modes(:, :)
-        type(error_t), allocatable, intent(out) :: error
-    end subroutine record_modes
-
-    subroutine end_task(self, failure, error)
-        class(observer_t), intent(inout) :: self
-        type(error_t), allocatable, intent(in) :: failure
-        type(error_t), allocatable, intent(out) :: error
-    end subroutine end_task
-
-    subroutine note(self, text)
-        class(observer_t), intent(inout) :: self
-        character(*), intent(in) :: text
-    end subroutine note
 
 end module gb_choose_points

@@ -3,10 +3,11 @@
 !> from a checkpoint makes the same one.
 module gb_make_choices
     use gb_kinds, only: wp
-    use gb_error, only: error_t
+    use gb_error, only: error_t, status_interrupted
     use gb_choose_points, only: choose_points
-    use gb_log, only: log_t, log_normal
+    use gb_log, only: log_t
     use gb_problem, only: problem_t
+    use gb_signals, only: caught_signal
     use gb_text, only: to_text
     use gb_tune, only: tune
     implicit none
@@ -27,7 +28,17 @@ contains
             call tune(problem, log, deadline, error)
         else if (any(problem%model%sections%is_auto)) then
             call choose_points(problem, deadline, error)
-            if (allocated(error) .or. log%level < log_normal) return
+            if (.not. allocated(error)) call tell_points()
+        end if
+        if (.not. allocated(error)) return
+        if (error%status /= status_interrupted) return
+        error%message = caught_signal()
+        if (len(error%message) == 0) error%message = '--max-time'
+        error%message = error%message // ': stopped while choosing a model: nothing has been computed yet'
+
+    contains
+
+        subroutine tell_points()
             associate (points => problem%model%sections(problem%model%mesh%section)%points)
                 if (minval(points) == maxval(points)) then
                     call log%line('  rule=auto: ' // to_text(points(1)) &
@@ -38,7 +49,8 @@ contains
                         // to_text(real(sum(points), wp)/real(size(points), wp), 3) // ' on average')
                 end if
             end associate
-        end if
+        end subroutine tell_points
+
     end subroutine make_choices
 
 end module gb_make_choices

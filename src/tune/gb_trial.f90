@@ -1,23 +1,19 @@
 !> One setting tried: the deck's problem with it, run to its end, and the courses of the probes that matter.
 module gb_trial
     use gb_kinds, only: wp
-    use gb_error, only: error_t, raise, status_interrupted
+    use gb_error, only: error_t, status_interrupted
     use gb_course, only: course_t
-    use gb_external, only: external_t, build_external
-    use gb_initial, only: initial_state
     use gb_log, only: log_t
-    use gb_memory, only: memory_t
     use gb_mesh, only: build_mesh
     use gb_pieces, only: piece_t, mesh_pieces
-    use gb_problem, only: problem_t, task_t, task_static, task_modal, task_transient, quantity_displacement, &
-        quantity_velocity, quantity_acceleration
-    use gb_recorder, only: recorder_t, step_record_t
+    use gb_pilot, only: pilot_t, run_pilot
+    use gb_problem, only: problem_t, task_t, task_static, quantity_displacement, quantity_velocity, &
+        quantity_acceleration
+    use gb_recorder, only: step_record_t
     use gb_section, only: rule_gauss, inertia_full
     use gb_sensor, only: sensor_t, place_sensor
-    use gb_signals, only: has_caught_signal
     use gb_state, only: state_t
     use gb_system, only: system_t, build_system
-    use gb_task, only: run_task
     use gb_tuning, only: setting_t
     implicit none
     private
@@ -36,24 +32,20 @@ module gb_trial
         character(:), allocatable :: failure        !! why it came to no end, or empty
     end type trial_t
 
-    !> Follows the probes that matter; knows no file.
-    type, extends(recorder_t) :: follower_t
+    !> Follows the probes that matter.
+    type, extends(pilot_t) :: follower_t
         type(channel_t), allocatable :: channels(:)
         type(sensor_t), allocatable :: values(:), rates(:)  !! of the channels
         logical, allocatable :: has_rate(:)         !! accelerations have none
-        integer :: task = 0                         !! number of the running command
         integer :: iterations = 0                   !! of all commands
         type(log_t) :: log                          !! for its progress bar
         integer :: steps = 0                        !! of the commands that are tuned
-        real(wp) :: deadline = 0.0_wp               !! CPU time at which to stop [s]; 0: none
         real(wp) :: start_energy = 0.0_wp, largest_energy = 0.0_wp, largest_drift = 0.0_wp  !! [F L]
         logical :: is_lost = .false.                !! the energy balance of some command does not hold
     contains
         procedure :: begin_task
         procedure :: record_step
-        procedure :: record_modes
         procedure :: end_task
-        procedure :: note
     end type follower_t
 
     public :: try_setting, apply_setting, work_of_iteration
@@ -114,13 +106,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(follower_t) :: follower
         type(system_t) :: system
-        type(external_t) :: external
-        type(state_t) :: state
-        type(memory_t) :: memory
         type(problem_t) :: hasty
-        logical :: has_velocities
         real(wp) :: start, finish
-        integer :: i
 
         call cpu_time(start)
         hasty = problem
@@ -130,16 +117,7 @@ contains
         call follower%log%start_bar()
         call open_channels(follower, problem)
         system = build_system(problem%model)
-        external = build_external(problem%model)
-        call initial_state(problem%model, system, state, error)
-        has_velocities = .true.
-        do i = 1, size(problem%tasks)
-            if (allocated(error)) exit
-            follower%task = i
-            if (problem%tasks(i)%kind == task_modal) cycle
-            call run_task(hasty, i, system, external, .false., memory, has_velocities, state, follower, &
-                error)
-        end do
+        call run_pilot(hasty, system, follower, error)
         call follower%log%clear_bar()
         call cpu_time(finish)
         trial%cpu_seconds = finish - start
@@ -215,19 +193,11 @@ contains
         type(step_record_t), intent(in) :: step
         type(state_t), intent(in) :: state
         type(error_t), allocatable, intent(out) :: error
-        real(wp) :: now, rate, energy
+        real(wp) :: rate, energy
         integer :: i
 
-        if (has_caught_signal()) then
-            call raise(error, status_interrupted, 'stopped')
-            return
-        else if (self%deadline > 0.0_wp) then
-            call cpu_time(now)
-            if (now > self%deadline) then
-                call raise(error, status_interrupted, 'stopped')
-                return
-            end if
-        end if
+        call self%check_stop(error)
+        if (allocated(error)) return
         self%iterations = self%iterations + step%iterations
         if (step%number > 0 .and. any(self%channels%task == self%task)) self%steps = self%steps + 1
         call self%log%show_bar(step%progress)
@@ -246,13 +216,6 @@ contains
         end do
     end subroutine record_step
 
-    !> Natural modes are not looked for in a trial: nothing depends on them.
-    subroutine record_modes(self, frequency, modes, error)
-        class(follower_t), intent(inout) :: self
-        real(wp), intent(in) :: frequency(:), modes(:, :)
-        type(error_t), allocatable, intent(out) :: error
-    end subroutine record_modes
-
     subroutine end_task(self, failure, error)
         class(follower_t), intent(inout) :: self
         type(error_t), allocatable, intent(in) :: failure
@@ -260,10 +223,5 @@ contains
 
         self%is_lost = self%is_lost .or. self%largest_drift > lost_part*self%largest_energy
     end subroutine end_task
-
-    subroutine note(self, text)
-        class(follower_t), intent(inout) :: self
-        character(*), intent(in) :: text
-    end subroutine note
 
 end module gb_trial

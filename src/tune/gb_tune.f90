@@ -12,7 +12,6 @@ module gb_tune
     use gb_problem, only: problem_t
     use gb_refine, only: refine, adaptive_work
     use gb_section, only: inertia_full, inertia_names
-    use gb_signals, only: caught_signal
     use gb_text, only: to_text
     use gb_trial, only: apply_setting, work_of_iteration
     use gb_tuning, only: setting_t, error_bar_t, tuning_t, n_sources, source_names
@@ -49,7 +48,6 @@ contains
             found%base%scheme = schemes(i)
             call climb_all(ladder, found, chosen, tuning%parts, error)
             if (.not. allocated(error)) exit
-            if (error%status == status_interrupted) error%message = interruption()
             if (error%status == status_interrupted) return
             if (i == size(schemes) .or. .not. has_transients(problem)) then
                 error%message = 'auto: ' // error%message
@@ -83,14 +81,6 @@ contains
         if (.not. allocated(error)) call look_at_inertia(ladder, found, error)
         if (.not. allocated(error)) call refine(ladder, found, chosen, parts, error)
     end subroutine climb_all
-
-    function interruption() result(message)
-        character(:), allocatable :: message
-
-        message = caught_signal()
-        if (len(message) == 0) message = '--max-time'
-        message = message // ': stopped while choosing a model: nothing has been computed yet'
-    end function interruption
 
     !> The estimates of all probes in all commands.
     function error_bars(ladder, finest, errors) result(bars)

@@ -237,10 +237,16 @@ def test_stopped_while_it_chooses(gentbeam):
     assert not (gentbeam.folder / "beam.h5").exists()
 
 
-def test_time_limit_counts_the_choice(gentbeam):
-    (gentbeam.folder / "beam.inp").write_text(
-        deck("cantilever", "TRANSIENT auto accuracy=1e-3 probe=acc end=2e-2", output="PROBE acc a3 x=10")
-    )
+@pytest.mark.parametrize(
+    "section, tasks",
+    [
+        ("", "TRANSIENT auto accuracy=1e-3 probe=acc end=2e-2"),
+        ("rule=auto", "TRANSIENT newmark step=1e-8 end=2e-2"),
+    ],
+)
+def test_time_limit_counts_the_choice(gentbeam, section, tasks):
+    text = deck("cantilever", tasks, section, output="PROBE acc a3 x=10")
+    (gentbeam.folder / "beam.inp").write_text(text)
     err = gentbeam("-q", "--max-time", 0.3, "beam.inp", status=4).err
     assert "--max-time: stopped while choosing a model" in err
     assert not (gentbeam.folder / "beam.h5").exists()
