@@ -2,6 +2,7 @@
 #define _DEFAULT_SOURCE
 #include <signal.h>
 #include <string.h>
+#include <sys/time.h>
 
 static volatile sig_atomic_t caught;
 
@@ -31,7 +32,24 @@ void gb_watch_signals(void)
     sigaction(SIGUSR1, &action, NULL);
 }
 
-/* 0: none so far; 1: SIGTERM, 2: SIGINT, 3: SIGUSR1. */
+/* After so many seconds of wall time there will have been a signal. */
+void gb_stop_after(double seconds)
+{
+    struct itimerval timer = {.it_value = {.tv_sec = (time_t)seconds}};
+    struct sigaction action;
+
+    timer.it_value.tv_usec = (suseconds_t)(1e6 * (seconds - (double)timer.it_value.tv_sec));
+    if (seconds <= 0)
+        timer.it_value = (struct timeval){.tv_usec = 1};
+    memset(&action, 0, sizeof action);
+    action.sa_handler = take_note;
+    action.sa_flags = SA_RESTART;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGALRM, &action, NULL);
+    setitimer(ITIMER_REAL, &timer, NULL);
+}
+
+/* 0: none so far; 1: SIGTERM, 2: SIGINT, 3: SIGUSR1, 4: the time of gb_stop_after. */
 int gb_caught_signal(void)
 {
     switch (caught) {
@@ -41,6 +59,8 @@ int gb_caught_signal(void)
         return 2;
     case SIGUSR1:
         return 3;
+    case SIGALRM:
+        return 4;
     default:
         return 0;
     }

@@ -4,13 +4,15 @@
 module gb_archive
     use, intrinsic :: iso_c_binding, only: c_float, c_int8_t, c_int32_t, c_int64_t, c_loc, c_ptr
     use gb_kinds, only: wp, i8
-    use gb_error, only: error_t
+    use gb_checksum, only: add_to_checksum
+    use gb_error, only: error_t, raise, status_file
     use gb_store, only: store_t, commit_again
-    use gb_tree, only: tree_t, attribute_t, root, node_group, node_array, node_text, node_link, &
-        attribute_text, attribute_ascii, attribute_integer, attribute_real, attribute_pair, stored_real64, &
-        stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8
-    use gb_hdf5, only: start_hdf5, write_tree
-    use gb_hdf5_input, only: hid_t, get_rows, count_rows
+    use gb_text, only: newline
+    use gb_tree, only: tree_t, attribute_t, root, node_group, node_array, node_text, node_texts, node_link, &
+        attribute_text, attribute_ascii, attribute_integer, attribute_real, attribute_pair, attribute_list, &
+        stored_real64, stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8, stored_bytes
+    use gb_hdf5, only: start_hdf5, write_tree, write_kept_nodes, copy_kept_objects
+    use gb_hdf5_input, only: hid_t, get_rows, count_rows, get_checksum
     implicit none
     private
 
@@ -32,23 +34,35 @@ module gb_archive
         type(store_t) :: store
         integer :: n_series = 0
         type(series_t), allocatable :: series(:)    !! those that still grow
+        real(wp) :: opened_at = 0.0_wp              !! by the wall clock [s]
+        real(wp) :: published_at = 0.0_wp           !! the last time
+        real(wp) :: publish_seconds = 0.0_wp        !! how long that took
     contains
         procedure :: open => open_archive
         procedure :: is_open
         procedure :: is_published
+        procedure :: is_due
+        procedure :: age
         procedure :: add_group
         procedure :: put_text
         procedure :: add_link
         procedure :: add_series
         procedure :: append
+        procedure :: add_texts
+        procedure :: append_text
         procedure :: row_counts
         procedure :: replay
+        procedure :: check_against
+        procedure, nopass :: check_rows
         procedure :: finish
+        procedure :: keep
+        procedure :: keep_copies
         procedure :: publish
-        procedure :: retract
+        procedure :: give_up
         procedure :: close => close_archive
         procedure, private :: set_text, set_integer, set_real, set_pair
         procedure :: set_ascii
+        procedure :: set_list
         !> Give a node an attribute, or the attribute another value.
         generic :: set => set_text, set_integer, set_real, set_pair
         procedure, private :: put_reals, put_real_table, put_real_blocks, put_integers, put_integer_table
@@ -61,6 +75,11 @@ module gb_archive
 
     !> Numbers and rows of a piece of a series: bounds of what waits in memory.
     integer, parameter :: piece_numbers = 32768, most_piece_rows = 2048
+    !> Wall seconds between two moments at which all that is there is made visible: within a command or a
+    !> study, and (also before the first of them) between commands. Where that takes long, it is done less
+    !> often, to take this part of the time at most.
+    real(wp), parameter, public :: step_seconds = 2.0_wp, command_seconds = 0.1_wp
+    real(wp), parameter :: largest_part = 0.05_wp
 
 contains
 
@@ -77,7 +96,17 @@ contains
         call start_hdf5()
         allocate (self%series(0))
         call self%tree%add_node(0, '/', node_group, node)
+        self%opened_at = wall_clock()
+        self%published_at = self%opened_at
     end subroutine open_archive
+
+    !> Seconds of some clock that goes on evenly.
+    real(wp) function wall_clock()
+        integer(i8) :: count, rate
+
+        call system_clock(count, rate)
+        wall_clock = real(count, wp)/real(rate, wp)
+    end function wall_clock
 
     logical function is_open(self)
         class(archive_t), intent(in) :: self
@@ -91,6 +120,24 @@ contains
 
         is_published = self%published%n > 0
     end function is_published
+
+    !> Whether it is time to publish, if that is to be done every so many seconds; the first time comes soon.
+    logical function is_due(self, seconds)
+        class(archive_t), intent(in) :: self
+        real(wp), intent(in) :: seconds
+        real(wp) :: pause
+
+        pause = max(seconds, self%publish_seconds/largest_part)
+        if (.not. self%is_published()) pause = command_seconds
+        is_due = wall_clock() - self%published_at >= pause
+    end function is_due
+
+    !> Wall seconds since the file was opened.
+    real(wp) function age(self)
+        class(archive_t), intent(in) :: self
+
+        age = wall_clock() - self%opened_at
+    end function age
 
     subroutine add_group(self, parent, name, group)
         class(archive_t), intent(inout) :: self
@@ -129,6 +176,22 @@ contains
         call self%tree%set_attribute(node, attribute_t(name, attribute_ascii, text=text))
     end subroutine set_ascii
 
+    !> A list of texts, none of which has a line's end in it.
+    subroutine set_list(self, node, name, texts)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: node
+        character(*), intent(in) :: name
+        character(*), intent(in) :: texts(:)            !! padded with blanks; at least one
+        character(:), allocatable :: text
+        integer :: i
+
+        text = trim(texts(1))
+        do i = 2, size(texts)
+            text = text // newline // trim(texts(i))
+        end do
+        call self%tree%set_attribute(node, attribute_t(name, attribute_list, text=text))
+    end subroutine set_list
+
     subroutine set_integer(self, node, name, number)
         class(archive_t), intent(inout) :: self
         integer, intent(in) :: node
@@ -165,6 +228,7 @@ contains
 
         call self%tree%add_node(parent, name, node_text, node)
         self%tree%nodes(node)%text = text
+        call add_to_checksum(self%tree%nodes(node)%checksum, text)
         call self%set(node, 'unit', unit)
         call self%set(node, 'description', description)
     end subroutine put_text
@@ -280,6 +344,7 @@ contains
         address = self%store%allocate(bytes)
         call self%store%write(address, from, bytes, error)
         call self%tree%add_piece(node, address)
+        call add_to_checksum(self%tree%nodes(node)%checksum, from, bytes)
         self%tree%nodes(node)%rows = extent(rank)
         self%tree%nodes(node)%piece_rows = extent(rank)
     end subroutine put_bytes
@@ -340,6 +405,28 @@ contains
         end associate
     end subroutine append
 
+    !> An empty array of texts that is to get a text a row, most of them empty.
+    subroutine add_texts(self, parent, name, description, node)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: parent
+        character(*), intent(in) :: name, description
+        integer, intent(out) :: node
+
+        call self%tree%add_node(parent, name, node_texts, node)
+        call self%set(node, 'unit', '')
+        call self%set(node, 'description', description)
+    end subroutine add_texts
+
+    !> Another row of an array of texts.
+    subroutine append_text(self, node, text)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: node
+        character(*), intent(in) :: text
+
+        call self%tree%add_line(node, text)
+        call add_to_checksum(self%tree%nodes(node)%checksum, text // newline)
+    end subroutine append_text
+
     !> Rows of each series that still grows.
     pure function row_counts(self) result(counts)
         class(archive_t), intent(in) :: self
@@ -349,46 +436,121 @@ contains
     end function row_counts
 
     !> Take the rows of every series that still grows (of those in `group`, where that is given) over from an
-    !> older file, as many as `counts` says, or all of them.
+    !> older file, as many as `counts` says, or all of them. All its rows must be what was written there.
     subroutine replay(self, file, error, counts, group)
         class(archive_t), intent(inout) :: self
         integer(hid_t), intent(in) :: file
         type(error_t), allocatable, intent(out) :: error
         integer, intent(in), optional :: counts(:)      !! (n_series)
         integer, intent(in), optional :: group
-        character(:), allocatable :: path
-        real(wp), allocatable :: records(:, :)
-        integer(i8) :: row, last, rows
-        integer :: i, k, node
+        integer :: i
 
         do i = 1, self%n_series
-            node = self%series(i)%node
             if (present(group)) then
-                if (.not. self%tree%holds(group, node)) cycle
+                if (.not. self%tree%holds(group, self%series(i)%node)) cycle
             end if
-            path = self%tree%path(node)
-            associate (row_shape => self%tree%nodes(node)%row_shape, a_row => self%tree%nodes(node)%records)
-                if (present(counts)) then
-                    last = counts(i)
-                else
-                    last = count_rows(file, path, row_shape)/a_row
-                end if
-                row = 0
-                do while (row < last)
-                    rows = min(last - row, int(self%series(i)%piece_rows, i8))
-                    allocate (records(size(self%series(i)%buffer, 1)/a_row, rows*a_row))
-                    call get_rows(file, path, row_shape, row*a_row, records, error)
-                    if (allocated(error)) return
-                    do k = 1, int(rows)
-                        call self%append(node, [records(:, (k - 1)*a_row + 1:k*a_row)], error)
-                        if (allocated(error)) return
-                    end do
-                    row = row + rows
-                    deallocate (records)
-                end do
-            end associate
+            if (present(counts)) then
+                call replay_series(self, i, file, error, counts(i))
+            else
+                call replay_series(self, i, file, error)
+            end if
+            if (allocated(error)) return
         end do
     end subroutine replay
+
+    subroutine replay_series(self, place, file, error, wanted)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: place
+        integer(hid_t), intent(in) :: file
+        type(error_t), allocatable, intent(out) :: error
+        integer, intent(in), optional :: wanted
+        character(:), allocatable :: path
+        real(wp), allocatable :: records(:, :)
+        integer(i8) :: row, last, there, rows, checksum, claimed
+        integer :: k, node, a_row
+
+        node = self%series(place)%node
+        path = self%tree%path(node)
+        a_row = self%tree%nodes(node)%records
+        associate (row_shape => self%tree%nodes(node)%row_shape, stored => self%tree%nodes(node)%stored)
+            there = count_rows(file, path, row_shape)/a_row
+            last = there
+            if (present(wanted)) last = wanted
+            checksum = 0
+            row = 0
+            do while (row < max(there, last))
+                rows = min(max(there, last) - row, int(self%series(place)%piece_rows, i8))
+                allocate (records(size(self%series(place)%buffer, 1)/a_row, rows*a_row))
+                call get_rows(file, path, row_shape, row*a_row, records, error)
+                if (allocated(error)) return
+                call add_rows(checksum, stored, records)
+                do k = 1, int(min(rows, last - row))
+                    call self%append(node, [records(:, (k - 1)*a_row + 1:k*a_row)], error)
+                    if (allocated(error)) return
+                end do
+                row = row + rows
+                deallocate (records)
+            end do
+            if (there < 0) return
+            call get_checksum(file, path, claimed, error)
+            if (claimed /= checksum .and. .not. allocated(error)) call raise(error, status_file, &
+                'the numbers of ' // path // ' are damaged')
+        end associate
+    end subroutine replay_series
+
+    !> Whether rows that were read are those that were once written to this dataset: else an error.
+    subroutine check_rows(parent, name, stored, rows, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name
+        integer, intent(in) :: stored
+        real(wp), intent(in), target, contiguous :: rows(:, :)
+        type(error_t), allocatable, intent(out) :: error
+        integer(i8) :: checksum, claimed
+
+        checksum = 0
+        call add_rows(checksum, stored, rows)
+        call get_checksum(parent, name, claimed, error)
+        if (claimed /= checksum .and. .not. allocated(error)) call raise(error, status_file, &
+            'the numbers of ' // name // ' are damaged')
+    end subroutine check_rows
+
+    !> Whether the datasets below a node, or the node itself, are those that an older file says it has: else
+    !> an error.
+    subroutine check_against(self, group, file, error)
+        class(archive_t), intent(in) :: self
+        integer, intent(in) :: group
+        integer(hid_t), intent(in) :: file
+        type(error_t), allocatable, intent(out) :: error
+        integer(i8) :: claimed
+        integer :: i
+
+        do i = group, self%tree%n
+            if (.not. self%tree%holds(group, i)) cycle
+            if (all(self%tree%nodes(i)%kind /= [node_array, node_text, node_texts])) cycle
+            call get_checksum(file, self%tree%path(i), claimed, error)
+            if (allocated(error)) return
+            if (claimed /= self%tree%nodes(i)%checksum) then
+                call raise(error, status_file, 'the numbers of ' // self%tree%path(i) // ' are damaged')
+                return
+            end if
+        end do
+    end subroutine check_against
+
+    !> Go on with the checksum of rows as they are stored.
+    subroutine add_rows(checksum, stored, rows)
+        integer(i8), intent(inout) :: checksum
+        integer, intent(in) :: stored
+        real(wp), intent(in), target, contiguous :: rows(:, :)
+        integer(c_int8_t), allocatable, target :: bytes(:, :)
+        integer(c_int32_t), allocatable, target :: words(:, :)
+        integer(c_int64_t), allocatable, target :: wide(:, :)
+        real(c_float), allocatable, target :: short(:, :)
+        type(c_ptr) :: from
+        integer :: width
+
+        call as_stored(stored, rows, bytes, words, wide, short, from, width)
+        call add_to_checksum(checksum, from, width*size(rows, kind=i8))
+    end subroutine add_rows
 
     !> Index of a growing series; they stand in the order of their nodes.
     pure integer function place_of(self, node) result(low)
@@ -430,36 +592,61 @@ contains
             first = int(within) + 1
             last = int(within + series%rows - series%settled)
             call write_rows(self%store, node%pieces(node%n_pieces) + within*row_bytes, node%stored, &
-                series%buffer(:, first:last), error)
+                series%buffer(:, first:last), node%checksum, error)
             if (allocated(error)) return
             series%settled = series%rows
         end associate
     end subroutine settle
 
-    subroutine write_rows(store, address, stored, rows, error)
+    subroutine write_rows(store, address, stored, rows, checksum, error)
         type(store_t), intent(inout) :: store
         integer(i8), intent(in) :: address
         integer, intent(in) :: stored
         real(wp), intent(in), target, contiguous :: rows(:, :)
+        integer(i8), intent(inout) :: checksum          !! of all rows before, and then of these too
         type(error_t), allocatable, intent(out) :: error
+        integer(c_int8_t), allocatable, target :: bytes(:, :)
         integer(c_int32_t), allocatable, target :: words(:, :)
         integer(c_int64_t), allocatable, target :: wide(:, :)
         real(c_float), allocatable, target :: short(:, :)
+        type(c_ptr) :: from
+        integer :: width
 
+        call as_stored(stored, rows, bytes, words, wide, short, from, width)
+        call store%write(address, from, width*size(rows, kind=i8), error)
+        call add_to_checksum(checksum, from, width*size(rows, kind=i8))
+    end subroutine write_rows
+
+    !> Rows in the bytes that go into the file: `from` is where they lie, in the one array that is needed, or
+    !> in `rows` itself; `width` bytes a number.
+    subroutine as_stored(stored, rows, bytes, words, wide, short, from, width)
+        integer, intent(in) :: stored
+        real(wp), intent(in), target, contiguous :: rows(:, :)
+        integer(c_int8_t), allocatable, target, intent(out) :: bytes(:, :)
+        integer(c_int32_t), allocatable, target, intent(out) :: words(:, :)
+        integer(c_int64_t), allocatable, target, intent(out) :: wide(:, :)
+        real(c_float), allocatable, target, intent(out) :: short(:, :)
+        type(c_ptr), intent(out) :: from
+        integer, intent(out) :: width
+
+        width = stored_bytes(stored)
         select case (stored)
         case (stored_real32)
             short = real(rows, c_float)
-            call store%write(address, c_loc(short), 4_i8*size(rows, kind=i8), error)
+            from = c_loc(short)
+        case (stored_int8)
+            bytes = int(nint(rows), c_int8_t)
+            from = c_loc(bytes)
         case (stored_int32)
             words = nint(rows, c_int32_t)
-            call store%write(address, c_loc(words), 4_i8*size(rows, kind=i8), error)
+            from = c_loc(words)
         case (stored_int64)
             wide = nint(rows, c_int64_t)
-            call store%write(address, c_loc(wide), 8_i8*size(rows, kind=i8), error)
+            from = c_loc(wide)
         case default
-            call store%write(address, c_loc(rows), 8_i8*size(rows, kind=i8), error)
+            from = c_loc(rows)
         end select
-    end subroutine write_rows
+    end subroutine as_stored
 
     !> The series below a group grow no more.
     subroutine finish(self, group, error)
@@ -482,6 +669,56 @@ contains
         self%n_series = kept
     end subroutine finish
 
+    !> What was put into the group since it was made, or since the last time, stays as it is: it is written
+    !> into the file with all that describes it, and takes next to no memory from now on. Nothing else has
+    !> been added since; it has no series.
+    subroutine keep(self, group, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: group
+        type(error_t), allocatable, intent(out) :: error
+        integer(c_int64_t) :: file
+        integer(i8), allocatable :: addresses(:)
+        integer :: first, i
+
+        first = self%tree%n + 1
+        do while (first > group + 1)
+            if (.not. self%tree%holds(group, first - 1)) exit
+            first = first - 1
+        end do
+        if (first > self%tree%n) return
+        call self%store%begin(.true., file, error)
+        if (allocated(error)) return
+        allocate (addresses(first:self%tree%n))
+        call write_kept_nodes(file, self%tree, group, first, self%store, addresses, error)
+        if (.not. allocated(error)) call self%store%keep(error)
+        if (allocated(error)) return
+        do i = first, self%tree%n
+            if (self%tree%nodes(i)%parent == group) call self%tree%add_kept(group, self%tree%nodes(i)%name, &
+                addresses(i))
+        end do
+        call self%tree%drop_nodes(first)
+    end subroutine keep
+
+    !> Copy objects of other files into a group, each with all that is below it.
+    subroutine keep_copies(self, group, sources, names, error)
+        class(archive_t), intent(inout) :: self
+        integer, intent(in) :: group
+        integer(hid_t), intent(in) :: sources(:)        !! the group of the other file that each is in
+        character(*), intent(in) :: names(:)            !! padded with blanks
+        type(error_t), allocatable, intent(out) :: error
+        integer(c_int64_t) :: file
+        integer(i8) :: addresses(size(names))
+        integer :: i
+
+        call self%store%begin(.true., file, error)
+        if (.not. allocated(error)) call copy_kept_objects(file, sources, names, self%store, addresses, error)
+        if (.not. allocated(error)) call self%store%keep(error)
+        if (allocated(error)) return
+        do i = 1, size(names)
+            call self%tree%add_kept(group, trim(names(i)), addresses(i))
+        end do
+    end subroutine keep_copies
+
     !> Make all that was put in visible at once. `is_last` says that nothing follows; `durable` lets it
     !> reach the disk first, so that it survives the machine too.
     subroutine publish(self, is_last, durable, error)
@@ -489,30 +726,43 @@ contains
         logical, intent(in) :: is_last, durable
         type(error_t), allocatable, intent(out) :: error
         integer(c_int64_t) :: file
+        real(wp) :: start
         integer :: i, answer
 
+        start = wall_clock()
         do i = 1, self%n_series
             call self%settle(i, .not. is_last, error)
             if (allocated(error)) return
             self%tree%nodes(self%series(i)%node)%rows = self%series(i)%rows
         end do
         do
-            call self%store%begin(file, error)
+            call self%store%begin(.false., file, error)
             if (.not. allocated(error)) call write_tree(file, self%tree, self%store, error)
             if (.not. allocated(error)) call self%store%commit(.not. is_last, durable, answer, error)
             if (allocated(error)) return
             if (answer /= commit_again) exit
         end do
         if (.not. is_last) self%published = self%tree
+        self%published_at = wall_clock()
+        self%publish_seconds = self%published_at - start
     end subroutine publish
 
-    !> Take back all that is not published.
-    subroutine retract(self)
+    !> The file takes no more: leave what was visible, say in it that the run has failed, and why, if that can
+    !> be done, and close. Where nothing was, there shall be no file.
+    subroutine give_up(self, message)
         class(archive_t), intent(inout) :: self
+        character(*), intent(in) :: message
+        type(error_t), allocatable :: ignored
 
-        self%tree = self%published
-        self%n_series = 0
-    end subroutine retract
+        if (self%is_published()) then
+            self%tree = self%published
+            self%n_series = 0
+            call self%set(root, 'status', 'failed')
+            call self%set(root, 'message', message)
+            call self%publish(.true., .false., ignored)
+        end if
+        call self%close(ignored)
+    end subroutine give_up
 
     !> Close the file; what is not published is lost.
     subroutine close_archive(self, error)

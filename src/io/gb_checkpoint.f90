@@ -21,7 +21,8 @@ module gb_checkpoint
     use gb_version, only: program_version, git_revision
     use gb_archive, only: archive_t, root, stored_int32
     use gb_hdf5, only: start_hdf5
-    use gb_hdf5_input, only: hid_t, open_file, close_file, get_attribute, get_deck, get_numbers, member_names
+    use gb_hdf5_input, only: hid_t, open_file, close_file, get_attribute, get_deck, get_numbers, &
+        open_group, link_names, max_link
     use gb_results_header, only: now
     implicit none
     private
@@ -70,6 +71,9 @@ contains
                 if (allocated(history%t)) call add_to_digest(digest, history%t)
                 if (allocated(history%f)) call add_to_digest(digest, history%f)
             end associate
+        end do
+        do i = 1, merge(size(problem%sweep%factors), 0, allocated(problem%sweep%factors))
+            call add_to_digest(digest, pack(problem%sweep%factors(i)%values, .true.))
         end do
         write (digits, '(z16.16)') digest
         origin%digest = digits
@@ -280,12 +284,15 @@ contains
         type(memory_t), intent(inout) :: memory
         type(error_t), allocatable, intent(out) :: error
         type(error_t), allocatable :: no_reals
-        character(256), allocatable :: names(:)
+        character(max_link), allocatable :: names(:)
+        integer(hid_t) :: group
         type(item_t) :: item
         integer :: i
 
         call memory%clear()
-        call member_names(file, 'memory', names, error)
+        call open_group(file, 'memory', group, error)
+        if (.not. allocated(error)) call link_names(group, names, error)
+        if (allocated(error)) return
         do i = 1, size(names)
             if (allocated(error)) return
             item%name = trim(names(i))

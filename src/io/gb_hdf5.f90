@@ -1,32 +1,35 @@
 !> Writes a tree as HDF5. The numbers are in the file already: HDF5 is told where, and makes what describes
 !> them. Every call checks HDF5's answer; the first one that fails is reported with exit status 3.
 module gb_hdf5
-    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_null_char, c_ptr, c_size_t
-    use hdf5, only: hid_t, hsize_t, h5open_f, h5eset_auto_f, h5fclose_f, h5gcreate_f, h5screate_f, &
+    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int32_t, c_loc, c_null_char, c_ptr, c_size_t
+    use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5fclose_f, h5gcreate_f, h5screate_f, &
         h5screate_simple_f, h5sclose_f, h5tcopy_f, h5tset_cset_f, h5tset_size_f, h5tset_strpad_f, &
         h5tclose_f, h5acreate_f, h5awrite_f, h5aclose_f, h5dcreate_f, h5dwrite_f, h5pcreate_f, &
         h5pset_chunk_f, h5pclose_f, h5pset_alloc_time_f, h5pset_fill_time_f, h5pset_obj_track_times_f, &
         h5pset_attr_phase_change_f, h5pset_link_phase_change_f, h5pset_link_creation_order_f, &
         h5pset_buffer_f, h5lcreate_hard_f, h5s_scalar_f, h5t_string, h5t_cset_utf8_f, h5t_c_s1, &
         h5t_str_nullpad_f, h5t_native_double, h5t_native_integer, h5t_native_real, h5t_std_i8le, &
-        h5t_std_u8le, h5t_std_i64le, h5kind_to_type, h5_integer_kind, h5p_dataset_create_f, &
+        h5t_std_u8le, h5t_std_u32le, h5t_std_i64le, h5kind_to_type, h5_integer_kind, h5p_dataset_create_f, &
         h5p_dataset_xfer_f, h5p_group_create_f, h5p_crt_order_tracked_f, h5p_crt_order_indexed_f, &
-        h5d_alloc_time_early_f, h5d_fill_time_never_f
+        h5d_alloc_time_early_f, h5d_fill_time_never_f, h5ocopy_f, h5oopen_f, h5oclose_f, &
+        h5sselect_elements_f, h5s_select_set_f
     use gb_kinds, only: i8
     use gb_error, only: error_t, raise, status_file
-    use gb_store, only: store_t
-    use gb_tree, only: tree_t, node_t, attribute_t, node_group, node_array, node_text, stored_real32, &
-        stored_int32, stored_int64, stored_int8, stored_uint8, attribute_ascii, attribute_integer, &
-        attribute_real, attribute_pair, root
+    use gb_store, only: store_t, object_address, link_object
+    use gb_text, only: newline
+    use gb_tree, only: tree_t, node_t, attribute_t, node_group, node_array, node_text, node_texts, node_link, &
+        stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8, attribute_ascii, &
+        attribute_integer, attribute_real, attribute_pair, attribute_list, root
     implicit none
     private
 
-    public :: start_hdf5, write_tree
+    public :: start_hdf5, write_tree, write_kept_nodes, copy_kept_objects
 
     !> Members and attributes of an object up to which HDF5 keeps them in its header; more get an index.
     integer, parameter :: most_in_header = 64
     !> HDF5 converts texts in a buffer of a megabyte, which it clears first; ours are short.
     integer(hsize_t), parameter :: conversion_bytes = 4096
+    integer(hsize_t), parameter :: lines_a_chunk = 256      !! of an array of texts
 
     !> What is made once an edition.
     type :: kit_t
@@ -40,6 +43,13 @@ module gb_hdf5
             import :: c_int
             integer(c_int) :: info
         end function h5_dont_atexit
+
+        function c_setenv(name, value, overwrite) bind(c, name="setenv") result(failed)
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: name(*), value(*)
+            integer(c_int), value, intent(in) :: overwrite
+            integer(c_int) :: failed
+        end function c_setenv
 
         !> How many bytes HDF5 keeps for itself of what it has freed; -1: all. (Lists of all kinds together
         !> and one by one, for objects, arrays and blocks.)
@@ -58,6 +68,8 @@ contains
         integer :: info
 
         info = int(h5_dont_atexit())
+        ! Some network file systems know no locks, and HDF5 would not open files there.
+        info = int(c_setenv('HDF5_USE_FILE_LOCKING' // c_null_char, 'FALSE' // c_null_char, 0_c_int))
         call h5open_f(info)
         call h5eset_auto_f(0, info)
         ! Every edition needs half a megabyte for its cache: new memory each time costs more than the edition.
@@ -72,22 +84,93 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(kit_t) :: kit
         integer(hid_t), allocatable :: objects(:)
-        integer :: info, i
+        integer :: info
 
         allocate (objects(tree%n))
         objects(root) = file
         call make_kit(kit, info)
         call write_attributes(file, tree%nodes(root), kit, info)
-        do i = root + 1, tree%n
+        if (info >= 0) call link_kept(file, tree%nodes(root), info)
+        call write_nodes(tree, root + 1, store, kit, objects, info, error)
+        call drop_kit(kit)
+        call close_edition(file, store, info, error)
+    end subroutine write_tree
+
+    !> Write the nodes from number `first` on, all of them below `group`, into an empty HDF5 file whose root
+    !> stands for the group, and close that. The addresses are of those that are members of the group itself.
+    subroutine write_kept_nodes(file, tree, group, first, store, addresses, error)
+        integer(hid_t), intent(in) :: file
+        type(tree_t), intent(in) :: tree
+        integer, intent(in) :: group, first
+        type(store_t), intent(inout) :: store
+        integer(i8), intent(out) :: addresses(first:)   !! (first:tree%n)
+        type(error_t), allocatable, intent(out) :: error
+        type(kit_t) :: kit
+        integer(hid_t), allocatable :: objects(:)
+        integer :: info, i
+
+        allocate (objects(tree%n))
+        objects(group) = file
+        call make_kit(kit, info)
+        call write_nodes(tree, first, store, kit, objects, info, error)
+        addresses = -1
+        do i = first, tree%n
+            if (info < 0 .or. tree%nodes(i)%parent /= group) cycle
+            addresses(i) = object_address(objects(i))
+            if (addresses(i) < 0) info = -1
+        end do
+        call drop_kit(kit)
+        call close_edition(file, store, info, error)
+    end subroutine write_kept_nodes
+
+    !> Copy objects of another file, with all that is below them, into the empty HDF5 file, and close that.
+    subroutine copy_kept_objects(file, sources, names, store, addresses, error)
+        integer(hid_t), intent(in) :: file
+        integer(hid_t), intent(in) :: sources(:)        !! the group that each is in
+        character(*), intent(in) :: names(:)            !! padded with blanks
+        type(store_t), intent(inout) :: store
+        integer(i8), intent(out) :: addresses(:)
+        type(error_t), allocatable, intent(out) :: error
+        integer(hid_t) :: copy
+        integer :: info, ignored, i
+
+        addresses = -1
+        info = 0
+        do i = 1, size(names)
+            if (info >= 0) call h5ocopy_f(sources(i), trim(names(i)), file, trim(names(i)), info)
+            if (info >= 0) call h5oopen_f(file, trim(names(i)), copy, info)
+            if (info < 0) exit
+            addresses(i) = object_address(copy)
+            if (addresses(i) < 0) info = -1
+            call h5oclose_f(copy, ignored)
+        end do
+        call close_edition(file, store, info, error)
+    end subroutine copy_kept_objects
+
+    !> The nodes from number `first` on; `objects` knows those above them.
+    subroutine write_nodes(tree, first, store, kit, objects, info, error)
+        type(tree_t), intent(in) :: tree
+        integer, intent(in) :: first
+        type(store_t), intent(inout) :: store
+        type(kit_t), intent(in) :: kit
+        integer(hid_t), intent(inout) :: objects(:)
+        integer, intent(inout) :: info
+        type(error_t), allocatable, intent(inout) :: error
+        integer :: i
+
+        do i = first, tree%n
             if (info < 0) exit
             select case (tree%nodes(i)%kind)
             case (node_group)
                 call h5gcreate_f(objects(tree%nodes(i)%parent), tree%nodes(i)%name, objects(i), info, &
                                  gcpl_id=kit%group)
+                if (info >= 0) call link_kept(objects(i), tree%nodes(i), info)
             case (node_array)
                 call write_array(objects(tree%nodes(i)%parent), tree, i, store, kit, objects(i), info)
             case (node_text)
                 call write_text(objects(tree%nodes(i)%parent), tree%nodes(i), kit, objects(i), info)
+            case (node_texts)
+                call write_texts(objects(tree%nodes(i)%parent), tree%nodes(i), kit, objects(i), info)
             case default
                 associate (target => tree%nodes(tree%nodes(i)%target))
                     call h5lcreate_hard_f(objects(target%parent), target%name, &
@@ -95,15 +178,36 @@ contains
                 end associate
             end select
             if (info >= 0) call write_attributes(objects(i), tree%nodes(i), kit, info)
+            if (info >= 0) call write_checksum(objects(i), tree%nodes(i), kit, info)
             if (info < 0) call raise(error, status_file, 'cannot write the results file ' &
                 // store%path // ': HDF5 cannot describe ' // tree%nodes(i)%name)
         end do
-        call drop_kit(kit)
+    end subroutine write_nodes
+
+    subroutine link_kept(group, node, info)
+        integer(hid_t), intent(in) :: group
+        type(node_t), intent(in) :: node
+        integer, intent(out) :: info
+        integer :: i
+
+        info = 0
+        do i = 1, node%n_kept
+            if (.not. link_object(group, node%kept(i)%name, node%kept(i)%address)) info = -1
+        end do
+    end subroutine link_kept
+
+    subroutine close_edition(file, store, info, error)
+        integer(hid_t), intent(in) :: file
+        type(store_t), intent(in) :: store
+        integer, intent(inout) :: info
+        type(error_t), allocatable, intent(inout) :: error
+        integer :: closed
+
         ! Closing the file closes what is open in it.
-        call h5fclose_f(file, info)
-        if (info < 0 .and. .not. allocated(error)) call raise(error, status_file, &
+        call h5fclose_f(file, closed)
+        if (min(info, closed) < 0 .and. .not. allocated(error)) call raise(error, status_file, &
             'cannot write the results file ' // store%path // ': HDF5 cannot complete what describes it')
-    end subroutine write_tree
+    end subroutine close_edition
 
     subroutine make_kit(kit, info)
         type(kit_t), intent(out) :: kit
@@ -216,6 +320,91 @@ contains
         if (info >= 0) call h5dwrite_f(dataset, kit%text, c_loc(address), info, xfer_prp=kit%transfer)
     end subroutine write_text
 
+    !> One text a row, most of them empty: only the chunks that have some are made.
+    subroutine write_texts(parent, node, kit, dataset, info)
+        integer(hid_t), intent(in) :: parent
+        type(node_t), intent(in) :: node
+        type(kit_t), intent(in) :: kit
+        integer(hid_t), intent(out) :: dataset
+        integer, intent(out) :: info
+        integer(hid_t) :: space, properties
+        integer :: ignored, first, last
+
+        call h5screate_simple_f(1, [int(node%rows, hsize_t)], space, info)
+        if (info >= 0) call h5pcreate_f(h5p_dataset_create_f, properties, info)
+        if (info >= 0) call h5pset_obj_track_times_f(properties, .false., info)
+        if (info >= 0 .and. node%rows > 0) call h5pset_chunk_f(properties, 1, [min(lines_a_chunk, &
+            int(node%rows, hsize_t))], info)
+        if (info >= 0) call h5dcreate_f(parent, node%name, kit%text, space, dataset, info, properties)
+        call h5pclose_f(properties, ignored)
+        first = 1
+        do while (first <= node%n_lines .and. info >= 0)
+            last = first
+            do while (last < node%n_lines)
+                if (chunk_of(node%lines(last + 1)%row) /= chunk_of(node%lines(first)%row)) exit
+                last = last + 1
+            end do
+            call write_lines(dataset, space, node, first, last, kit, info)
+            first = last + 1
+        end do
+        call h5sclose_f(space, ignored)
+
+    contains
+
+        pure integer(hsize_t) function chunk_of(row)
+            integer(i8), intent(in) :: row
+
+            chunk_of = int(row - 1, hsize_t)/lines_a_chunk
+        end function chunk_of
+
+    end subroutine write_texts
+
+    !> Lines first, ..., last of an array of texts, all of one chunk.
+    subroutine write_lines(dataset, space, node, first, last, kit, info)
+        integer(hid_t), intent(in) :: dataset, space
+        type(node_t), intent(in) :: node
+        integer, intent(in) :: first, last
+        type(kit_t), intent(in) :: kit
+        integer, intent(out) :: info
+        character(kind=c_char, len=:), allocatable, target :: text
+        type(c_ptr), target :: addresses(last - first + 1)
+        integer(hsize_t) :: rows(1, last - first + 1)
+        integer(hid_t) :: memory_space
+        integer :: starts(last - first + 1), ignored, i
+
+        text = ''
+        do i = first, last
+            starts(i - first + 1) = len(text) + 1
+            text = text // node%lines(i)%text // c_null_char
+            rows(1, i - first + 1) = int(node%lines(i)%row, hsize_t)
+        end do
+        addresses = [(c_loc(text(starts(i):starts(i))), i=1, size(starts))]
+        call h5sselect_elements_f(space, h5s_select_set_f, 1, size(starts, kind=size_t), rows, info)
+        if (info >= 0) call h5screate_simple_f(1, [size(starts, kind=hsize_t)], memory_space, info)
+        if (info < 0) return
+        call h5dwrite_f(dataset, kit%text, c_loc(addresses), info, memory_space, space, kit%transfer)
+        call h5sclose_f(memory_space, ignored)
+    end subroutine write_lines
+
+    !> What tells a damaged dataset: the CRC-32 of its bytes.
+    subroutine write_checksum(object, node, kit, info)
+        integer(hid_t), intent(in) :: object
+        type(node_t), intent(in) :: node
+        type(kit_t), intent(in) :: kit
+        integer, intent(out) :: info
+        integer(c_int32_t), target :: bits
+        integer(hid_t) :: made
+        integer :: ignored
+
+        info = 0
+        if (node%kind == node_group .or. node%kind == node_link) return
+        bits = int(ibits(node%checksum, 0, 31), c_int32_t)
+        if (btest(node%checksum, 31)) bits = ibset(bits, 31)
+        call h5acreate_f(object, 'checksum', h5t_std_u32le, kit%scalar, made, info)
+        if (info >= 0) call h5awrite_f(made, h5t_std_u32le, c_loc(bits), info)
+        if (info >= 0) call h5aclose_f(made, ignored)
+    end subroutine write_checksum
+
     subroutine write_attributes(object, node, kit, info)
         integer(hid_t), intent(in) :: object
         type(node_t), intent(in) :: node
@@ -245,6 +434,8 @@ contains
             if (info >= 0) call h5awrite_f(made, h5t_native_integer, c_loc(attribute%integers), info)
         case (attribute_pair)
             call write_pair(object, attribute, made, info)
+        case (attribute_list)
+            call write_list(object, attribute, kit, made, info)
         case (attribute_real)
             call h5acreate_f(object, attribute%name, h5t_native_double, kit%scalar, made, info)
             if (info >= 0) call h5awrite_f(made, h5t_native_double, c_loc(attribute%number), info)
@@ -264,6 +455,33 @@ contains
         end select
         if (info >= 0) call h5aclose_f(made, ignored)
     end subroutine write_attribute
+
+    !> An attribute of as many texts as there are lines.
+    subroutine write_list(object, attribute, kit, made, info)
+        integer(hid_t), intent(in) :: object
+        type(attribute_t), intent(in) :: attribute
+        type(kit_t), intent(in) :: kit
+        integer(hid_t), intent(out) :: made
+        integer, intent(out) :: info
+        character(kind=c_char, len=:), allocatable, target :: text
+        type(c_ptr), allocatable, target :: addresses(:)
+        integer(hid_t) :: space
+        integer :: ignored, i, start
+
+        text = attribute%text // newline
+        allocate (addresses(0))
+        start = 1
+        do i = 1, len(text)
+            if (text(i:i) /= newline) cycle
+            text(i:i) = c_null_char
+            addresses = [addresses, c_loc(text(start:start))]
+            start = i + 1
+        end do
+        call h5screate_simple_f(1, [size(addresses, kind=hsize_t)], space, info)
+        if (info >= 0) call h5acreate_f(object, attribute%name, kit%text, space, made, info)
+        if (info >= 0) call h5awrite_f(made, kit%text, c_loc(addresses), info)
+        if (info >= 0) call h5sclose_f(space, ignored)
+    end subroutine write_list
 
     !> An attribute of two integers of 64 bits.
     subroutine write_pair(object, attribute, made, info)

@@ -2,20 +2,28 @@
 !> Whatever is not there, or is not of the kind asked for, is an error_t with exit status 3.
 module gb_hdf5_input
     use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_loc, c_ptr, c_associated
-    use hdf5, only: hid_t, hsize_t, h5fopen_f, h5f_acc_rdonly_f, h5aopen_f, h5aread_f, h5aclose_f, &
+    use hdf5, only: hid_t, hsize_t, h5aget_space_f, h5gget_info_f, h5gopen_f, h5kind_to_type, &
+        h5_integer_kind, h5lget_name_by_idx_f, h5_index_crt_order_f, h5_iter_inc_f, h5t_string, &
+        h5t_cset_utf8_f, h5tcopy_f, h5tset_cset_f, h5sget_simple_extent_npoints_f, h5fopen_f, &
+        h5f_acc_rdonly_f, h5aopen_f, h5aread_f, h5aclose_f, &
         h5aget_type_f, h5tget_class_f, h5tis_variable_str_f, h5tclose_f, h5t_string_f, &
         h5t_float_f, h5t_integer_f, h5t_native_double, &
         h5t_native_integer, h5dopen_f, h5dread_f, h5dclose_f, h5dget_space_f, h5dget_type_f, h5sclose_f, &
-        h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5gn_members_f, h5gget_obj_info_idx_f, &
+        h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, &
         h5lexists_f, h5fclose_f, h5sselect_hyperslab_f, h5s_select_set_f, h5screate_simple_f
     use gb_kinds, only: wp, i8
     use gb_error, only: error_t, raise, status_file
-    use gb_hdf5_direct, only: check, text_type
     implicit none
     private
 
-    public :: hid_t, open_file, close_file, get_attribute, get_deck, get_numbers, get_rows, count_rows, &
-        member_names, take_text
+    public :: hid_t, open_file, close_file, open_group, has_link, link_names, get_attribute, get_text_list, &
+        get_dataset_attribute, get_deck, get_numbers, get_rows, get_table, get_texts, get_checksum, count_rows
+
+    integer, parameter, public :: max_link = 256    !! bytes of the name of a group's member
+
+    type, public :: text_t
+        character(:), allocatable :: text
+    end type text_t
 
     !> Read a scalar attribute: text, integer or real.
     interface get_attribute
@@ -41,10 +49,28 @@ module gb_hdf5_input
         end function c_length
     end interface
 
-    integer, parameter :: longest_name = 256
     integer, parameter :: any_class = -1000
 
 contains
+
+    !> An error where HDF5's answer is one, unless there is one already.
+    subroutine check(info, deed, error)
+        integer, intent(in) :: info
+        character(*), intent(in) :: deed
+        type(error_t), allocatable, intent(inout) :: error
+
+        if (info >= 0 .or. allocated(error)) return
+        call raise(error, status_file, 'could not ' // deed)
+    end subroutine check
+
+    !> HDF5's type of a UTF-8 text of any length (its Fortran interface's H5T_STRING has variable length).
+    subroutine text_type(type_id, info)
+        integer(hid_t), intent(out) :: type_id
+        integer, intent(out) :: info
+
+        call h5tcopy_f(h5t_string, type_id, info)
+        if (info >= 0) call h5tset_cset_f(type_id, h5t_cset_utf8_f, info)
+    end subroutine text_type
 
     !> Open a file for reading. The library has been started.
     subroutine open_file(path, file, error)
@@ -279,25 +305,176 @@ contains
         call check(info, 'read ' // name, error)
     end subroutine get_integers
 
-    !> Names of what a group holds.
-    subroutine member_names(parent, group, names, error)
-        integer(hid_t), intent(in) :: parent
-        character(*), intent(in) :: group
-        character(longest_name), allocatable, intent(out) :: names(:)
+    !> Names of a group's members, in the order in which they were made.
+    subroutine link_names(group, names, error)
+        integer(hid_t), intent(in) :: group
+        character(max_link), allocatable, intent(out) :: names(:)
         type(error_t), allocatable, intent(out) :: error
-        integer :: info, n, i, kind
-        logical :: exists
+        integer :: info, storage, n, last_order
+        integer(hsize_t) :: i
 
-        n = 0
-        call h5lexists_f(parent, group, exists, info)
-        if (info >= 0 .and. .not. exists) info = -1
-        if (info >= 0) call h5gn_members_f(parent, group, n, info)
+        call h5gget_info_f(group, storage, n, last_order, info)
+        call check(info, 'list a group', error)
+        if (allocated(error)) return
         allocate (names(n))
         do i = 1, n
-            if (info >= 0) call h5gget_obj_info_idx_f(parent, group, i - 1, names(i), kind, info)
+            call h5lget_name_by_idx_f(group, '.', h5_index_crt_order_f, h5_iter_inc_f, i - 1, names(i), info)
+            if (info < 0) call check(info, 'list a group', error)
         end do
-        call check(info, 'list ' // group, error)
-    end subroutine member_names
+    end subroutine link_names
+
+    subroutine open_group(parent, name, group, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name
+        integer(hid_t), intent(out) :: group
+        type(error_t), allocatable, intent(out) :: error
+        integer :: info
+
+        call h5gopen_f(parent, name, group, info)
+        call check(info, 'read ' // name, error)
+    end subroutine open_group
+
+    !> Whether a group has a member of that name.
+    logical function has_link(parent, name)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name
+        integer :: info
+
+        call h5lexists_f(parent, name, has_link, info)
+        has_link = has_link .and. info >= 0
+    end function has_link
+
+    !> An attribute of a dataset that is a list of texts, each with a blank behind it.
+    subroutine get_text_list(parent, dataset_name, name, texts, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: dataset_name, name
+        character(:), allocatable, intent(out) :: texts
+        type(error_t), allocatable, intent(out) :: error
+        type(c_ptr), allocatable, target :: addresses(:)
+        character(:), allocatable :: text
+        type(c_ptr) :: buffer
+        integer(hid_t) :: dataset, attribute, space, type_id
+        integer(hsize_t) :: n
+        integer :: info, ignored, i
+
+        texts = ''
+        call h5dopen_f(parent, dataset_name, dataset, info)
+        if (info >= 0) call open_attribute(dataset, name, h5t_string_f, attribute, info)
+        if (info >= 0) then
+            call text_type(type_id, info)
+            call h5aget_space_f(attribute, space, info)
+            call h5sget_simple_extent_npoints_f(space, n, info)
+            allocate (addresses(n))
+            buffer = c_loc(addresses)
+            call h5aread_f(attribute, type_id, buffer, info)
+            if (info >= 0) then
+                do i = 1, int(n)
+                    call take_text(addresses(i), text)
+                    texts = texts // text // ' '
+                end do
+            end if
+            call h5sclose_f(space, ignored)
+            call h5tclose_f(type_id, ignored)
+            call h5aclose_f(attribute, ignored)
+            call h5dclose_f(dataset, ignored)
+        end if
+        call check(info, 'read attribute ' // name, error)
+    end subroutine get_text_list
+
+    !> A text attribute of a dataset.
+    subroutine get_dataset_attribute(parent, dataset_name, name, text, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: dataset_name, name
+        character(:), allocatable, intent(out) :: text
+        type(error_t), allocatable, intent(out) :: error
+        integer(hid_t) :: dataset
+        integer :: info, ignored
+
+        call h5dopen_f(parent, dataset_name, dataset, info)
+        call check(info, 'read ' // dataset_name, error)
+        if (allocated(error)) return
+        call get_text_attribute(dataset, name, text, error)
+        call h5dclose_f(dataset, ignored)
+    end subroutine get_dataset_attribute
+
+    !> All rows of a dataset of one or two dimensions, numbers of any kind: (numbers of a row, rows).
+    subroutine get_table(parent, name, rows, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name
+        real(wp), allocatable, target, intent(out) :: rows(:, :)
+        type(error_t), allocatable, intent(out) :: error
+        integer(hid_t) :: dataset
+        integer(hsize_t) :: extent(2)
+        type(c_ptr) :: place
+        integer :: info, ignored
+
+        extent(1) = 1
+        call open_dataset(parent, name, any_class, dataset, extent(2:), info)
+        if (info < 0) call open_dataset(parent, name, any_class, dataset, extent, info)
+        if (info >= 0) then
+            allocate (rows(extent(1), extent(2)), stat=info)
+            if (info > 0) info = -1
+            place = c_loc(rows)
+            if (info >= 0 .and. size(rows) > 0) call h5dread_f(dataset, h5t_native_double, place, info)
+            call h5dclose_f(dataset, ignored)
+        end if
+        call check(info, 'read ' // name, error)
+    end subroutine get_table
+
+    !> The checksum that a dataset says it has.
+    subroutine get_checksum(parent, name, checksum, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name
+        integer(i8), intent(out) :: checksum
+        type(error_t), allocatable, intent(out) :: error
+        integer(i8), target :: number
+        integer(hid_t) :: attribute, dataset
+        type(c_ptr) :: place
+        integer :: info, ignored
+
+        number = -1
+        call h5dopen_f(parent, name, dataset, info)
+        if (info >= 0) then
+            call open_attribute(dataset, 'checksum', h5t_integer_f, attribute, info)
+            if (info >= 0) then
+                place = c_loc(number)
+                call h5aread_f(attribute, h5kind_to_type(i8, h5_integer_kind), place, info)
+                call h5aclose_f(attribute, ignored)
+            end if
+            call h5dclose_f(dataset, ignored)
+        end if
+        checksum = number
+        call check(info, 'read the checksum of ' // name, error)
+    end subroutine get_checksum
+
+    !> One text a row.
+    subroutine get_texts(parent, name, texts, error)
+        integer(hid_t), intent(in) :: parent
+        character(*), intent(in) :: name
+        type(text_t), allocatable, intent(out) :: texts(:)
+        type(error_t), allocatable, intent(out) :: error
+        type(c_ptr), allocatable, target :: addresses(:)
+        type(c_ptr) :: buffer
+        integer(hid_t) :: dataset, type_id
+        integer(hsize_t) :: extent(1)
+        integer :: info, ignored, i
+
+        call open_dataset(parent, name, h5t_string_f, dataset, extent, info)
+        if (info >= 0) then
+            allocate (addresses(extent(1)), texts(extent(1)))
+            call text_type(type_id, info)
+            buffer = c_loc(addresses)
+            if (info >= 0 .and. extent(1) > 0) call h5dread_f(dataset, type_id, buffer, info)
+            if (info >= 0) then
+                do i = 1, int(extent(1))
+                    call take_text(addresses(i), texts(i)%text)
+                end do
+            end if
+            call h5tclose_f(type_id, ignored)
+            call h5dclose_f(dataset, ignored)
+        end if
+        call check(info, 'read ' // name, error)
+    end subroutine get_texts
 
     !> Rows first + 1, ..., first + size(rows, 2) of a dataset that has at least so many, numbers of any kind.
     subroutine get_rows(parent, name, row_shape, first, rows, error)

@@ -2,51 +2,28 @@
 module gb_results
     use gb_kinds, only: wp, i8
     use gb_error, only: error_t, raise, status_file
-    use gb_text, only: to_text
     use gb_memory, only: memory_t
     use gb_files, only: begin_rehearsal, end_rehearsal, rehearsal_went_well, remove_file
     use gb_checkpoint, only: origin_t, checkpoint_t
     use gb_resume, only: find_source
     use gb_hdf5_input, only: hid_t, open_file, close_file, get_numbers, get_rows
     use gb_results_header, only: write_header, write_units, write_mesh, now
+    use gb_results_task, only: write_task_attributes, write_mode_shapes, n_energies, n_solver, &
+        energy_names, energy_descriptions, solver_names, solver_descriptions, set_names, set_descriptions, &
+        abscissa_name, abscissa_unit, probe_description, product_unit, derived_unit, field_units
     use gb_results_tuning, only: write_tuning
     use gb_results_recovery, only: recovery_series_t, write_stations
-    use gb_fields, only: n_fields, field_names, field_length_power
+    use gb_fields, only: n_fields, field_length_power
     use gb_model, only: units_t
     use gb_paraview, only: paraview_t
     use gb_gauge, only: gauge_t
-    use gb_problem, only: problem_t, task_t, probe_t, output_t, task_static, task_modal, task_transient, &
-        quantity_displacement, quantity_velocity
+    use gb_problem, only: problem_t, task_t, probe_t, output_t, task_modal
     use gb_state, only: state_t
     use gb_recorder, only: step_record_t
-    use gb_archive, only: archive_t, root, stored_real64, stored_int32
+    use gb_archive, only: archive_t, root, stored_real64, stored_int32, step_seconds, command_seconds
     implicit none
     private
 
-    integer, parameter :: n_energies = 5, n_solver = 4
-    character(10), parameter, public :: energy_names(n_energies) = [character(10) :: 'kinetic', 'strain', &
-        'external', 'dissipated', 'balance']
-    character(64), parameter, public :: energy_descriptions(n_energies) = [character(64) :: &
-        'kinetic energy', 'strain energy', 'work of the loads since the command began', &
-        'energy taken by damping since the command began', &
-        'kinetic + strain - external + dissipated, from its start value']
-    character(10), parameter, public :: solver_names(n_solver) = [character(10) :: 'iterations', 'cuts', &
-        'step', &
-        'residual']
-    character(64), parameter, public :: solver_descriptions(n_solver) = [character(64) :: &
-        'Newton iterations, those of rejected attempts included', 'times the step was halved', &
-        'size of the step', 'last residual over the forces that balance in it']
-    character(1), parameter, public :: set_names(3) = ['u', 'v', 'a']
-    character(40), &
-        parameter, public :: set_descriptions(3) = [character(40) :: 'fields u1 u3 y1 y3 xi at every node', &
-        'their velocities', 'their accelerations']
-    public :: probe_description, product_unit, derived_unit, field_units
-
-    !> Wall seconds between two moments at which all that is there is made visible: within a command, and
-    !> between commands. Where that takes long, it is done less often, to take this part of the time at
-    !> most.
-    real(wp), parameter :: step_seconds = 2.0_wp, command_seconds = 0.1_wp
-    real(wp), parameter :: largest_part = 0.05_wp
     !> A model of so many nodes is visible from the start. A smaller one comes to its first step, or to its
     !> end, before anybody could look; half of what its file costs is saved.
     integer, parameter :: visible_nodes = 1000
@@ -79,9 +56,6 @@ module gb_results
         type(paraview_t) :: paraview
         real(wp), allocatable :: x(:)               !! reference X1 of the nodes [L]
         integer :: commands_shown = 0               !! commands begun that have a course in time or load
-        real(wp) :: opened_at = 0.0_wp              !! by the wall clock [s]
-        real(wp) :: published_at = 0.0_wp           !! the last time
-        real(wp) :: publish_seconds = 0.0_wp        !! how long that took
     contains
         procedure :: open => open_results
         procedure :: resume => resume_results
@@ -93,7 +67,6 @@ module gb_results
         procedure :: end_task
         procedure :: close => close_results
         procedure :: faces_beyond
-        procedure, private :: fail
     end type results_t
 
 contains
@@ -110,7 +83,7 @@ contains
         call begin_file(self, problem, gauge, error)
         if (.not. self%archive%is_open()) return
         if (self%nodes >= visible_nodes .and. .not. allocated(error)) call publish(self, error)
-        if (allocated(error)) call self%fail(error)
+        if (allocated(error)) call self%archive%give_up(error%message)
     end subroutine open_results
 
     !> All that does not change, in a file that nobody sees yet.
@@ -132,16 +105,14 @@ contains
         if (.not. allocated(self%probes)) allocate (self%probes(size(problem%probes)))
         call self%archive%open(self%path, error)
         if (allocated(error)) return
-        self%opened_at = wall_clock()
         call write_header(self%archive, problem, self%created)
         call write_units(self%archive, self%units)
-        call write_mesh(self%archive, problem%model, mesh, error)
+        call write_mesh(self%archive, root, problem%model, mesh, error)
         if (.not. allocated(error) .and. (self%output%strain .or. self%output%stress)) then
             call write_stations(self%archive, mesh, self%gauge, self%units, error)
         end if
         if (allocated(problem%tuning) .and. .not. allocated(error)) call write_tuning(self%archive, problem, &
             error)
-        self%published_at = self%opened_at
     end subroutine begin_file
 
     !> Go on with the results of an interrupted run: those up to the checkpoint are taken over into a new
@@ -176,7 +147,7 @@ contains
         if (process == 0) call end_rehearsal()
         if (.not. allocated(error)) then
             call publish(self, error)
-            if (allocated(error)) call self%fail(error)
+            if (allocated(error)) call self%archive%give_up(error%message)
         else if (self%archive%is_open()) then
             call self%archive%close(ignored)
         else if (.not. is_safe) then
@@ -232,7 +203,9 @@ contains
             allocate (modes(n_fields*self%nodes, size(frequency)))
             call get_rows(file, task%name // '/modes', [int(n_fields, i8), int(self%nodes, i8)], 0_i8, &
                 modes, error)
-            if (.not. allocated(error)) call put_modes(self, frequency, modes, error)
+            if (.not. allocated(error)) call write_mode_shapes(self%archive, self%group, self%units, &
+                frequency, modes, error)
+            if (.not. allocated(error)) call self%archive%check_against(self%group, file, error)
         else if (inside) then
             call replay_rows(self, file, memory, inside, error)
         else
@@ -291,58 +264,25 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         call self%archive%publish(.false., .true., error)
-        self%published_at = wall_clock()
-        if (allocated(error)) call self%fail(error)
+        if (allocated(error)) call self%archive%give_up(error%message)
     end subroutine sync
-
-    !> Seconds of some clock that goes on evenly.
-    real(wp) function wall_clock()
-        integer(i8) :: count, rate
-
-        call system_clock(count, rate)
-        wall_clock = real(count, wp)/real(rate, wp)
-    end function wall_clock
-
-    !> The file takes no more: leave what was visible, and say in it that the run has failed if that can be
-    !> done. Where nothing was, there shall be no file.
-    subroutine fail(self, error)
-        class(results_t), intent(inout) :: self
-        type(error_t), allocatable, intent(in) :: error
-        type(error_t), allocatable :: ignored
-
-        if (self%archive%is_published()) then
-            call self%archive%retract()
-            call self%archive%set(root, 'status', 'failed')
-            call self%archive%set(root, 'message', error%message)
-            call self%archive%publish(.true., .false., ignored)
-        end if
-        call self%archive%close(ignored)
-    end subroutine fail
 
     !> Make all that is there visible.
     subroutine publish(self, error)
         class(results_t), intent(inout) :: self
         type(error_t), allocatable, intent(out) :: error
-        real(wp) :: start
 
-        start = wall_clock()
         call self%paraview%count_rows(self%archive)
-        call self%archive%publish(.false., start - self%opened_at > step_seconds, error)
-        self%published_at = wall_clock()
-        self%publish_seconds = self%published_at - start
+        call self%archive%publish(.false., self%archive%age() > step_seconds, error)
     end subroutine publish
 
-    !> Do so if that was not done for so many seconds; the first time comes soon.
+    !> Do so if that was not done for so many seconds.
     subroutine publish_in_time(self, seconds, error)
         class(results_t), intent(inout) :: self
         real(wp), intent(in) :: seconds
         type(error_t), allocatable, intent(out) :: error
-        real(wp) :: pause
 
-        pause = max(seconds, self%publish_seconds/largest_part)
-        if (.not. self%archive%is_published()) pause = command_seconds
-        if (wall_clock() - self%published_at < pause) return
-        call publish(self, error)
+        if (self%archive%is_due(seconds)) call publish(self, error)
     end subroutine publish_in_time
 
     !> Open a solution command's group and its series.
@@ -354,7 +294,7 @@ contains
 
         call add_task(self, task, probes, error)
         if (.not. allocated(error)) call publish_in_time(self, command_seconds, error)
-        if (allocated(error)) call self%fail(error)
+        if (allocated(error)) call self%archive%give_up(error%message)
     end subroutine begin_task
 
     subroutine add_task(self, task, probes, error)
@@ -370,59 +310,16 @@ contains
         if (task%kind /= task_modal) call add_all_series(self, task, probes, error)
     end subroutine add_task
 
-    subroutine write_task_attributes(archive, group, task, order)
-        type(archive_t), intent(inout) :: archive
-        integer, intent(in) :: group
-        type(task_t), intent(in) :: task
-        integer, intent(in) :: order
-
-        call archive%set(group, 'order', order)
-        select case (task%kind)
-        case (task_static)
-            call archive%set(group, 'kind', 'static')
-            call archive%set(group, 'scheme', 'newton')
-            call archive%set(group, 'steps', task%steps)
-            call archive%set(group, 'load', task%load)
-        case (task_modal)
-            call archive%set(group, 'kind', 'modal')
-            call archive%set(group, 'scheme', 'subspace iteration')
-        case (task_transient)
-            call archive%set(group, 'kind', 'transient')
-            call archive%set(group, 'scheme', task%scheme)
-            call archive%set(group, 'dt', task%step)
-            if (task%accuracy > 0.0_wp) call archive%set(group, 'accuracy', task%accuracy)
-            call archive%set(group, 'end', task%end_time)
-            call write_scheme_numbers(archive, group, task)
-        end select
-        if (task%kind /= task_modal) call archive%set(group, 'tolerance', task%tolerance)
-    end subroutine write_task_attributes
-
-    subroutine write_scheme_numbers(archive, group, task)
-        type(archive_t), intent(inout) :: archive
-        integer, intent(in) :: group
-        type(task_t), intent(in) :: task
-
-        select case (task%scheme)
-        case ('newmark')
-            call archive%set(group, 'beta', task%beta)
-            call archive%set(group, 'gamma', task%gamma)
-        case ('hht')
-            call archive%set(group, 'alpha', task%alpha)
-        case ('generalized', 'bathe')
-            call archive%set(group, 'rho', task%rho)
-        end select
-    end subroutine write_scheme_numbers
-
     subroutine add_all_series(self, task, probes, error)
         class(results_t), intent(inout) :: self
         type(task_t), intent(in) :: task
         type(probe_t), intent(in) :: probes(:)
         type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable :: time_unit, abscissa, energy_unit
+        character(:), allocatable :: time_unit, abscissa, energy_unit, unit
         integer :: group, i
 
-        time_unit = merge_text(task%kind == task_static, '', self%units%time)
-        abscissa = merge_text(task%kind == task_static, 'load factor', 'time since the command began')
+        time_unit = abscissa_unit(task, self%units)
+        abscissa = abscissa_name(task)
         energy_unit = product_unit(self%units%force, self%units%length)
         associate (archive => self%archive)
             call archive%add_series(self%group, 'time', [integer ::], stored_real64, time_unit, &
@@ -454,80 +351,14 @@ contains
             end do
             call archive%add_group(self%group, 'solver', group)
             do i = 1, n_solver
+                unit = ''
+                if (i == 3) unit = time_unit
                 call archive%add_series(group, trim(solver_names(i)), [integer ::], &
-                    merge(stored_int32, stored_real64, i <= 2), merge_text(i == 3, time_unit, ''), &
+                    merge(stored_int32, stored_real64, i <= 2), unit, &
                     trim(solver_descriptions(i)), self%solver(i))
             end do
         end associate
     end subroutine add_all_series
-
-    !> "u3 at x = 10", "velocity of u3 at x = 10".
-    pure function probe_description(probe) result(text)
-        type(probe_t), intent(in) :: probe
-        character(:), allocatable :: text
-
-        text = field_names(probe%field) // ' at x = ' // to_text(probe%x)
-        if (probe%quantity == quantity_velocity) then
-            text = 'velocity of ' // text
-        else if (probe%quantity > quantity_displacement) then
-            text = 'acceleration of ' // text
-        end if
-    end function probe_description
-
-    pure function merge_text(condition, yes, no) result(text)
-        logical, intent(in) :: condition
-        character(*), intent(in) :: yes, no
-        character(:), allocatable :: text
-
-        if (condition) then
-            text = yes
-        else
-            text = no
-        end if
-    end function merge_text
-
-    !> "lbf*in", or nothing where the deck names no units.
-    pure function product_unit(first, second) result(text)
-        character(*), intent(in) :: first, second
-        character(:), allocatable :: text
-
-        text = ''
-        if (len(first) > 0 .and. len(second) > 0) text = first // '*' // second
-    end function product_unit
-
-    !> Unit of a field's time derivative of the given order: "in/s^2".
-    pure function derived_unit(units, length_power, order) result(text)
-        type(units_t), intent(in) :: units
-        integer, intent(in) :: length_power, order
-        character(:), allocatable :: text
-
-        text = ''
-        if (len(units%length) == 0 .or. (order > 0 .and. len(units%time) == 0)) return
-        select case (length_power)
-        case (1)
-            text = units%length
-        case (-1)
-            text = '1/' // units%length
-        case default
-            text = '1'
-        end select
-        if (order >= 1) text = text // '/' // units%time
-        if (order == 2) text = text // '^2'
-    end function derived_unit
-
-    !> Units of the five fields of u, v or a (set = 1, 2, 3).
-    pure function field_units(units, set) result(text)
-        type(units_t), intent(in) :: units
-        integer, intent(in) :: set
-        character(:), allocatable :: text
-        integer :: i
-
-        text = derived_unit(units, field_length_power(1), set - 1)
-        if (len(text) == 0) return
-        do i = 2, n_fields
-            text = text // ', ' // derived_unit(units, field_length_power(i), set - 1)
-        end do
-    end function field_units
 
     !> Hand one step to the file's series; row 0 is the start state.
     subroutine write_step(self, step, state, probe_values, error)
@@ -563,7 +394,7 @@ contains
             if (.not. allocated(error)) call self%archive%append(self%solver(i), [solver(i)], error)
         end do
         if (.not. allocated(error)) call publish_in_time(self, step_seconds, error)
-        if (allocated(error)) call self%fail(error)
+        if (allocated(error)) call self%archive%give_up(error%message)
     end subroutine write_step
 
     subroutine write_row(self, abscissa, state, error)
@@ -593,26 +424,9 @@ contains
         real(wp), intent(in) :: modes(:, :)         !! (5 nn, nm)
         type(error_t), allocatable, intent(out) :: error
 
-        call put_modes(self, frequency, modes, error)
-        if (allocated(error)) call self%fail(error)
+        call write_mode_shapes(self%archive, self%group, self%units, frequency, modes, error)
+        if (allocated(error)) call self%archive%give_up(error%message)
     end subroutine write_modes
-
-    subroutine put_modes(self, frequency, modes, error)
-        class(results_t), intent(inout) :: self
-        real(wp), intent(in) :: frequency(:)
-        real(wp), intent(in) :: modes(:, :)
-        type(error_t), allocatable, intent(out) :: error
-        real(wp), allocatable :: shaped(:, :, :)
-        character(:), allocatable :: unit
-
-        unit = ''
-        if (len(self%units%time) > 0) unit = '1/' // self%units%time
-        shaped = reshape(modes, [n_fields, self%nodes, size(frequency)])
-        call self%archive%put(self%group, 'frequency', frequency, unit, &
-                       'natural frequencies, cycles a unit of time; negative for a mode that grows', error)
-        if (.not. allocated(error)) call self%archive%put(self%group, 'modes', shaped, &
-            field_units(self%units, 1), 'fields u1 u3 y1 y3 xi of every mode, largest displacement 1', error)
-    end subroutine put_modes
 
     !> How many faces of the command's rows lay beyond the material's limits, so that another point's stress
     !> stands in for theirs.
@@ -631,7 +445,7 @@ contains
         self%has_unwritten = .false.
         if (.not. allocated(error)) call self%archive%finish(self%group, error)
         if (.not. allocated(error)) call publish_in_time(self, command_seconds, error)
-        if (allocated(error)) call self%fail(error)
+        if (allocated(error)) call self%archive%give_up(error%message)
     end subroutine end_task
 
     !> Write how the run ended, and close.
@@ -648,9 +462,9 @@ contains
         call self%archive%set(root, 'message', message)
         call self%archive%set(root, 'wall_seconds', wall_seconds)
         call self%archive%set(root, 'cpu_seconds', cpu_seconds)
-        call self%archive%publish(.true., wall_clock() - self%opened_at > step_seconds, error)
+        call self%archive%publish(.true., self%archive%age() > step_seconds, error)
         if (allocated(error)) then
-            call self%fail(error)
+            call self%archive%give_up(error%message)
         else
             call self%archive%close(error)
         end if

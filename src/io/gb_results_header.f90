@@ -61,8 +61,10 @@ contains
         call archive%set(group, 'time', units%time)
     end subroutine write_units
 
-    subroutine write_mesh(archive, model, group, error)
+    !> The group `mesh` of the file, or of a member of a study.
+    subroutine write_mesh(archive, parent, model, group, error)
         type(archive_t), intent(inout) :: archive
+        integer, intent(in) :: parent
         type(model_t), intent(in) :: model
         integer, intent(out) :: group
         type(error_t), allocatable, intent(out) :: error
@@ -75,7 +77,7 @@ contains
             do e = 1, mesh%n_elements()
                 elements(:mesh%nodes(e), e) = [(mesh%first_node(e) + i - 2, i=1, mesh%nodes(e))]
             end do
-            call archive%add_group(root, 'mesh', group)
+            call archive%add_group(parent, 'mesh', group)
             call archive%put(group, 'x', mesh%x, model%units%length, 'reference X1 of every node', error)
             if (.not. allocated(error)) call archive%put(group, 'elements', elements, stored_int32, '', &
                 'nodes of every element, counted from 0, -1 where unused', error)

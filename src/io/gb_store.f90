@@ -22,12 +22,15 @@ module gb_store
         procedure :: offer
         procedure :: offers_left
         procedure :: commit
+        procedure :: keep
         procedure :: close => close_store
         procedure, private :: fail
     end type store_t
 
     !> Answers of `commit`.
     integer, parameter, public :: commit_done = 0, commit_failed = 1, commit_again = 2
+
+    public :: object_address, link_object
 
     interface
         function c_open(path, reason, size) bind(c, name="gb_store_open") result(handle)
@@ -52,11 +55,31 @@ module gb_store
             integer(c_int) :: failed
         end function c_write
 
-        function c_begin(handle) bind(c, name="gb_store_begin") result(file)
-            import :: c_ptr, c_int64_t
+        function c_begin(handle, to_be_kept) bind(c, name="gb_store_begin") result(file)
+            import :: c_ptr, c_int, c_int64_t
             type(c_ptr), value, intent(in) :: handle
+            integer(c_int), value, intent(in) :: to_be_kept
             integer(c_int64_t) :: file
         end function c_begin
+
+        function c_keep(handle) bind(c, name="gb_store_keep") result(failed)
+            import :: c_ptr, c_int
+            type(c_ptr), value, intent(in) :: handle
+            integer(c_int) :: failed
+        end function c_keep
+
+        function c_address(object) bind(c, name="gb_store_address") result(address)
+            import :: c_int64_t
+            integer(c_int64_t), value, intent(in) :: object
+            integer(c_int64_t) :: address
+        end function c_address
+
+        function c_link(group, name, address) bind(c, name="gb_store_link") result(failed)
+            import :: c_char, c_int, c_int64_t
+            integer(c_int64_t), value, intent(in) :: group, address
+            character(kind=c_char), intent(in) :: name(*)
+            integer(c_int) :: failed
+        end function c_link
 
         subroutine c_offer(handle, addresses, count, bytes) bind(c, name="gb_store_offer")
             import :: c_ptr, c_int64_t
@@ -134,14 +157,15 @@ contains
             call self%fail(reason_of(self), error)
     end subroutine write_bytes
 
-    !> Begin an edition: HDF5's identifier of an empty file that is made in memory. From here to `commit` no
-    !> room may be allocated.
-    subroutine begin(self, file, error)
+    !> Begin an edition: HDF5's identifier of an empty file that is made in memory. From here to `commit` (or
+    !> `keep`, where it is to be kept) no room may be allocated.
+    subroutine begin(self, to_be_kept, file, error)
         class(store_t), intent(inout) :: self
+        logical, intent(in) :: to_be_kept
         integer(c_int64_t), intent(out) :: file
         type(error_t), allocatable, intent(out) :: error
 
-        file = c_begin(self%handle)
+        file = c_begin(self%handle, merge(1_c_int, 0_c_int, to_be_kept))
         if (file < 0) call self%fail('HDF5 cannot begin a file in memory', error)
     end subroutine begin
 
@@ -174,6 +198,30 @@ contains
             durable)))
         if (answer == commit_failed) call self%fail(reason_of(self), error)
     end subroutine commit
+
+    !> What the edition holds that HDF5 has closed stays where it is, for later ones to link to.
+    subroutine keep(self, error)
+        class(store_t), intent(inout) :: self
+        type(error_t), allocatable, intent(out) :: error
+
+        if (c_keep(self%handle) /= 0) call self%fail(reason_of(self), error)
+    end subroutine keep
+
+    !> Where an open object of an edition that is to be kept will lie; negative where HDF5 does not tell.
+    integer(i8) function object_address(object) result(address)
+        integer(c_int64_t), intent(in) :: object
+
+        address = int(c_address(object), i8)
+    end function object_address
+
+    !> Give an object that was kept a name in a group of this edition.
+    logical function link_object(group, name, address) result(went_well)
+        integer(c_int64_t), intent(in) :: group
+        character(*), intent(in) :: name
+        integer(i8), intent(in) :: address
+
+        went_well = c_link(group, name // c_null_char, int(address, c_int64_t)) == 0
+    end function link_object
 
     !> Close the file; one that has no edition yet is removed.
     subroutine close_store(self, error)

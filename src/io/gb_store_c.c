@@ -4,7 +4,10 @@
 
    HDF5 makes the metadata through a driver of ours (its "virtual file layer"). The driver never touches the disk: it
    hands out addresses and keeps what it is given in memory. Numbers that are in the file already get the addresses
-   they have ("offers"). */
+   they have ("offers").
+
+   Whole groups that never change again can be kept: they are written once, as an edition that never becomes the valid
+   one, and every later edition links to them. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -30,6 +33,7 @@
 typedef struct {
     int64_t base, capacity;                 /* no capacity yet: it is new, and ends where the file ends */
     double left_at;                         /* when another edition took its place */
+    int is_kept;                            /* what it holds is linked to by all later editions */
 } region_t;
 
 typedef struct {
@@ -263,15 +267,44 @@ static unsigned char *place(store_t *store, haddr_t address, size_t size)
     return make_image_room(store, store->image_bytes) == 0 ? store->image + within : NULL;
 }
 
+/* Whether an address belongs to what earlier editions have kept. */
+static int is_kept(const store_t *store, haddr_t address)
+{
+    for (int i = 0; i < store->n_regions; i++) {
+        const region_t *region = &store->regions[i];
+        if (region->is_kept && i != store->current && (int64_t)address >= region->base &&
+            (int64_t)address < region->base + region->capacity)
+            return 1;
+    }
+    return 0;
+}
+
+/* HDF5 reads what it has given us in this edition, and the headers of objects kept by earlier ones. */
 static herr_t driver_read(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr_t address, size_t size, void *bytes)
 {
-    const unsigned char *from = place(store_of(file), address, size);
+    store_t *store = store_of(file);
+    const unsigned char *from = place(store, address, size);
+    size_t done = 0;
 
     (void)type, (void)dxpl;
-    if (!from)
-        return -1;
-    memcpy(bytes, from, size);
-    return 0;
+    if (from) {
+        memcpy(bytes, from, size);
+        return 0;
+    }
+    while (is_kept(store, address) && done < size) {
+        ssize_t count = pread(store->file, (char *)bytes + done, size - done, (off_t)(address + done));
+        if (count < 0 && errno == EINTR)
+            continue;
+        if (count < 0)
+            return -1;
+        /* HDF5 reads more than a header to begin with, and that may go beyond the end of the file. */
+        if (count == 0) {
+            memset((char *)bytes + done, 0, size - done);
+            count = (ssize_t)(size - done);
+        }
+        done += (size_t)count;
+    }
+    return done == size ? 0 : -1;
 }
 
 static herr_t driver_write(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr_t address, size_t size,
@@ -280,7 +313,11 @@ static herr_t driver_write(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr_t ad
     store_t *store = store_of(file);
     unsigned char *to = place(store, address, size);
 
-    (void)type, (void)dxpl;
+    (void)dxpl;
+    /* A kept object's header, which would count one link more. Each edition has only one, and so the header in the
+       file is right as it is. */
+    if (!to && type == H5FD_MEM_OHDR && is_kept(store, address))
+        return 0;
     if (!to)
         return -1;
     memcpy(to, bytes, size);
@@ -331,7 +368,7 @@ static int find_region(const store_t *store)
 
     for (int i = 0; i < store->n_regions && !store->wants_new_region; i++) {
         const region_t *region = &store->regions[i];
-        if (i == store->valid || region->left_at > latest || region->capacity < wanted)
+        if (i == store->valid || region->is_kept || region->left_at > latest || region->capacity < wanted)
             continue;
         if (best < 0 || region->capacity < store->regions[best].capacity)
             best = i;
@@ -353,14 +390,15 @@ static int add_region(store_t *store)
     return store->n_regions++;
 }
 
-/* Begin an edition: HDF5's identifier of an empty file, or negative. All numbers must have got their room before. */
-hid_t gb_store_begin(store_t *store)
+/* Begin an edition, or one that is to be kept: HDF5's identifier of an empty file, or negative. All numbers must have
+   got their room before. */
+hid_t gb_store_begin(store_t *store, int to_be_kept)
 {
     static hid_t driver_id = H5I_INVALID_HID;
     driver_info_t info = {.store = store};
     hid_t access, file;
 
-    store->current = find_region(store);
+    store->current = to_be_kept ? -1 : find_region(store);
     if (store->current < 0)
         store->current = add_region(store);
     if (store->current < 0) {
@@ -420,20 +458,14 @@ static int ask_file_system(store_t *store)
     return 0;
 }
 
-/* After HDF5 has closed the edition: put it into the file and make it the valid one. `reserve`: leave room for it to
-   grow; `durable`: let it reach the disk first. 0: went well; 1: it failed; 2: it did not fit, make it once more. */
-int gb_store_commit(store_t *store, int reserve, int durable)
+/* Put the metadata that HDF5 has made into its region; a new one gets a length, with `reserve` more than it needs. */
+static int write_image(store_t *store, int reserve)
 {
     region_t *region = &store->regions[store->current];
     int64_t bytes;
 
-    store->wants_new_region = store->has_overflowed;
-    if (store->has_overflowed)
-        return 2;
     if (store->superblock_bytes == 0 || store->superblock_bytes > SUPERBLOCK_ROOM)
         return failed(store, "HDF5 made no superblock of the expected kind");
-    if (store->published && !is_in_its_place(store))
-        return failed(store, "it was removed or replaced during the run");
     if (region->capacity == 0) {
         region->capacity = ((int64_t)store->image_bytes + 7) / 8 * 8;
         if (reserve)
@@ -442,8 +474,54 @@ int gb_store_commit(store_t *store, int reserve, int durable)
     }
     /* The last edition's region ends with it, rounded up; then the file ends there too. */
     bytes = reserve ? (int64_t)store->image_bytes : ((int64_t)store->image_bytes + 7) / 8 * 8;
-    if (make_image_room(store, (size_t)bytes) != 0 ||
-        gb_store_write(store, region->base, store->image, bytes) != 0 || write_gathered(store) != 0)
+    if (make_image_room(store, (size_t)bytes) != 0)
+        return 1;
+    return gb_store_write(store, region->base, store->image, bytes) != 0 || write_gathered(store) != 0;
+}
+
+/* After HDF5 has closed an edition that is to be kept: what it holds has its place in the file for good. 0: went
+   well. */
+int gb_store_keep(store_t *store)
+{
+    if (write_image(store, 0) != 0)
+        return 1;
+    store->regions[store->current].is_kept = 1;
+    return 0;
+}
+
+/* Where an object of an edition lies in the file; negative where HDF5 does not tell. */
+int64_t gb_store_address(hid_t object)
+{
+#if H5_VERSION_GE(1, 12, 0)
+    H5O_info1_t info;
+#else
+    H5O_info_t info;
+#endif
+
+    return H5Oget_info1(object, &info) < 0 ? -1 : (int64_t)info.addr;
+}
+
+/* Give an object that is kept at an address a name in this edition. 0: went well. */
+int gb_store_link(hid_t group, const char *name, int64_t address)
+{
+    hid_t object = H5Oopen_by_addr(group, (haddr_t)address);
+    int trouble = object < 0 || H5Olink(object, group, name, H5P_DEFAULT, H5P_DEFAULT) < 0;
+
+    if (object >= 0)
+        H5Oclose(object);
+    return trouble;
+}
+
+/* After HDF5 has closed the edition: put it into the file and make it the valid one. `reserve`: leave room for it to
+   grow; `durable`: let it reach the disk first. 0: went well; 1: it failed; 2: it did not fit, make it once more. */
+int gb_store_commit(store_t *store, int reserve, int durable)
+{
+    store->wants_new_region = store->has_overflowed;
+    if (store->has_overflowed)
+        return 2;
+    if (store->published && !is_in_its_place(store))
+        return failed(store, "it was removed or replaced during the run");
+    if (write_image(store, reserve) != 0)
         return 1;
     if (store->disk_size < store->end && ftruncate(store->file, (off_t)store->end) != 0)
         return failed(store, strerror(errno));

@@ -1,66 +1,65 @@
-!> The results file of a study (docs/results.md): parameters, what became of every member, a summary of its
-!> probes and, where OUTPUT keeps fields, a group for every member.
+!> The results file of a study (docs/results.md): a row for every member that has run, with its parameters,
+!> what became of it and a summary of its probes, and, where OUTPUT keeps fields, a group for each.
 !>
-!> Rows of the summary gather in memory and go to the file together. A member counts as finished only once
-!> all it has to tell is in the file: what a killed run has left can be trusted as far as /sweep/status says.
+!> Members come in the order of their numbers. What is visible in the file at any instant, also after a kill,
+!> is whole: so many members with all they have to tell.
 module gb_sweep_file
     use gb_kinds, only: wp, i8
-    use gb_archive, only: archive_t
-    use gb_claim, only: claim_file, explain_failure, set_environment_default
-    use gb_error, only: error_t, raise, status_file
+    use gb_archive, only: archive_t, root, stored_real64, stored_int32, stored_int8, step_seconds
+    use gb_checkpoint, only: origin_t
+    use gb_error, only: error_t, raise, status_file, status_input
     use gb_fields, only: field_length_power
-    use gb_hdf5_direct, only: hid_t, flush_file, close_file, create_group, close_group, put_attribute, &
-        replace_attribute
-    use gb_hdf5_input, only: get_attribute, get_deck
-    use gb_hdf5_read, only: open_file, open_group, has_link, delete_link
-    use gb_hdf5_table, only: table_t, text_table_t, put_text_list, store_real, store_integer, store_byte
-    use gb_member, only: member_t, member_complete, member_waiting
+    use gb_files, only: begin_rehearsal, end_rehearsal, rehearsal_went_well, remove_file
+    use gb_hdf5, only: start_hdf5
+    use gb_hdf5_input, only: hid_t, text_t, open_file, close_file, open_group, get_attribute, get_deck, &
+        get_rows, get_texts, count_rows
+    use gb_member, only: member_t, member_complete, member_failed
     use gb_member_file, only: write_member, member_name
     use gb_mesh, only: mesh_t
     use gb_problem, only: problem_t, probe_t, task_static, task_modal
-    use gb_results, only: derived_unit, probe_description
     use gb_results_header, only: write_header, write_units, write_mesh, now
+    use gb_results_task, only: derived_unit, probe_description
     use gb_share, only: share_t
-    use gb_version, only: program_version, git_revision
+    use gb_sweep, only: sweep_t
     implicit none
     private
-
-    integer, parameter :: block = 1024              !! rows that wait at most
-    real(wp), parameter :: flush_seconds = 2.0_wp   !! and for how long
 
     type, public :: sweep_file_t
         private
         character(:), allocatable, public :: path
+        character(:), allocatable, public :: created    !! when the study began, ISO 8601
         type(share_t), public :: share
-        integer(hid_t) :: file = -1, sweep = -1, summary = -1, members = -1
-        logical :: is_open = .false.
-        logical :: has_members = .false.            !! every member has a group
+        integer, public :: finished = 0             !! members that have run, also in earlier runs
+        integer, public :: failed = 0               !! of them
+        real(wp), public :: wall_before = 0.0_wp, cpu_before = 0.0_wp   !! seconds of earlier runs
+        type(archive_t) :: archive
         type(mesh_t) :: mesh                        !! the one that /mesh shows
-        type(table_t) :: status
-        type(text_table_t) :: message
-        type(table_t), allocatable :: probes(:, :)  !! (3, probes): max, min, time_of_max
-        type(table_t), allocatable :: modes(:)      !! a MODAL command each
+        !> Nodes of the file.
+        integer :: number = 0, parameters = 0, status = 0, message = 0
+        integer :: members = 0                      !! 0 where OUTPUT keeps no fields
+        integer, allocatable :: probes(:, :)        !! (3, probes): max, min, time_of_max
+        integer, allocatable :: modes(:)            !! a MODAL command each
         integer, allocatable :: modal_tasks(:)      !! their numbers
-        real(wp), allocatable :: outcomes(:)        !! of the rows that wait (block)
-        integer, allocatable :: positions(:)        !! of the rows that wait, increasing (block)
-        real(wp), allocatable :: extremes(:, :)     !! (3 probes, block)
-        real(wp), allocatable :: frequencies(:, :)  !! of all MODAL commands, one after the other (.., block)
-        integer :: n = 0                            !! rows that wait
-        integer(i8) :: last_flush = 0
+        integer, allocatable :: counts(:)           !! and how many frequencies they ask for
+        integer :: loose = 0                        !! members whose groups are still in memory
     contains
         procedure :: create => create_sweep_file
-        procedure :: reopen => reopen_sweep_file
-        procedure :: read_outcomes
+        procedure :: resume => resume_sweep_file
         procedure :: take
-        procedure :: flush => flush_rows
         procedure :: close => close_sweep_file
+        procedure, private :: fail
     end type sweep_file_t
+
+    !> Groups of members that are written together, and copied from one file to another together.
+    integer, parameter, public :: members_a_batch = 64
+    !> A restart that has not read its old results by then meets a loop in them [s].
+    integer, parameter :: rehearsal_seconds = 3600
 
     character(11), parameter, public :: summary_names(3) = [character(11) :: 'max', 'min', 'time_of_max']
 
 contains
 
-    !> Create the file of a study's share and write all that is known beforehand.
+    !> Create the file of a study's share, without members.
     subroutine create_sweep_file(self, path, problem, share, error)
         class(sweep_file_t), intent(inout) :: self
         character(*), intent(in) :: path
@@ -68,187 +67,104 @@ contains
         type(share_t), intent(in) :: share
         type(error_t), allocatable, intent(out) :: error
 
-        self%path = path
-        self%share = share
-        self%has_members = keeps_members(problem)
-        self%mesh = problem%model%mesh
-        call write_beginning(path, problem, error)
-        if (.not. allocated(error)) call claim(path, error)
-        if (allocated(error)) return
-        call open_file(path, .true., self%file, error)
-        self%is_open = .not. allocated(error)
-        if (.not. allocated(error)) call create_group(self%file, 'sweep', self%sweep, error)
-        if (.not. allocated(error)) call put_attribute(self%sweep, 'members', share%members, error)
-        if (.not. allocated(error)) call put_attribute(self%sweep, 'shard', share%shard, error)
-        if (.not. allocated(error)) call put_attribute(self%sweep, 'shards', share%shards, error)
-        if (.not. allocated(error)) call write_parameters(self, problem, error)
-        if (.not. allocated(error)) call create_tables(self, problem, error)
-        if (.not. allocated(error) .and. self%has_members) call create_group(self%sweep, 'members', &
-            self%members, error)
-        if (.not. allocated(error)) call flush_file(self%file, error)
-        if (allocated(error)) then
-            call explain_failure(path, error)
-            return
-        end if
-        call make_room(self, problem)
+        self%created = now()
+        call begin_file(self, path, problem, share, error)
+        if (.not. self%archive%is_open()) return
+        if (.not. allocated(error)) call self%archive%publish(.false., .false., error)
+        if (allocated(error)) call self%fail(error)
     end subroutine create_sweep_file
 
-    !> What every results file begins with; an older file is replaced.
-    subroutine write_beginning(path, problem, error)
+    !> All that is known beforehand, in a file that nobody sees yet.
+    subroutine begin_file(self, path, problem, share, error)
+        class(sweep_file_t), intent(inout) :: self
         character(*), intent(in) :: path
         type(problem_t), intent(in) :: problem
+        type(share_t), intent(in) :: share
         type(error_t), allocatable, intent(out) :: error
-        type(error_t), allocatable :: ignored
-        type(archive_t) :: archive
-        integer :: mesh
+        integer :: sweep, summary, group
 
-        ! HDF5 asks once, when it starts: others can read the file while it is being written.
-        call set_environment_default('HDF5_USE_FILE_LOCKING', 'FALSE')
-        call archive%open(path, error)
+        self%path = path
+        self%share = share
+        self%mesh = problem%model%mesh
+        call self%archive%open(path, error)
         if (allocated(error)) return
-        call write_header(archive, problem, now())
-        call write_units(archive, problem%model%units)
-        call write_mesh(archive, problem%model, mesh, error)
-        if (.not. allocated(error)) call archive%publish(.true., .false., error)
-        if (allocated(error)) then
-            call archive%close(ignored)
-        else
-            call archive%close(error)
-        end if
-    end subroutine write_beginning
+        call write_header(self%archive, problem, self%created)
+        call write_units(self%archive, problem%model%units)
+        call write_mesh(self%archive, root, problem%model, group, error)
+        if (allocated(error)) return
+        associate (archive => self%archive)
+            call archive%add_group(root, 'sweep', sweep)
+            call archive%set(sweep, 'members', share%members)
+            call archive%set(sweep, 'shard', share%shard)
+            call archive%set(sweep, 'shards', share%shards)
+            call archive%add_series(sweep, 'number', [integer ::], stored_int32, '', &
+                'number of each member in the whole study, from 1', self%number)
+            call archive%add_series(sweep, 'parameters', [problem%sweep%n_parameters()], stored_real64, '', &
+                'values of the parameters that vary, a row a member', self%parameters)
+            call archive%set_list(self%parameters, 'names', problem%sweep%names())
+            call archive%add_series(sweep, 'status', [integer ::], stored_int8, '', &
+                'what became of each member: 1 complete, 2 failed', self%status)
+            call archive%add_texts(sweep, 'message', 'why a member failed; else empty', self%message)
+            call archive%add_group(sweep, 'summary', summary)
+            call add_summary(self, summary, problem)
+            if (problem%output%u .or. problem%output%v .or. problem%output%a) call archive%add_group(sweep, &
+                'members', self%members)
+        end associate
+    end subroutine begin_file
 
-    pure logical function keeps_members(problem)
-        type(problem_t), intent(in) :: problem
-
-        keeps_members = problem%output%u .or. problem%output%v .or. problem%output%a
-    end function keeps_members
-
-    subroutine claim(path, error)
-        character(*), intent(in) :: path
-        type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable :: reason
-
-        reason = claim_file(path)
-        if (len(reason) > 0) call raise(error, status_file, 'cannot write the results file ' // path // ': ' &
-            // reason)
-    end subroutine claim
-
-    !> Numbers and parameters of the share's members.
-    subroutine write_parameters(self, problem, error)
+    !> A column for every number that the summary tells of a member: of the probes, if a command has steps,
+    !> and of the MODAL commands.
+    subroutine add_summary(self, summary, problem)
         class(sweep_file_t), intent(inout) :: self
-        type(problem_t), intent(in) :: problem
-        type(error_t), allocatable, intent(out) :: error
-        type(table_t) :: number, parameters
-        real(wp), allocatable :: rows(:, :), numbers(:, :)
-        integer :: first, count, i, n
-
-        n = self%share%n()
-        call number%create(self%sweep, 'number', n, 0, store_integer, '', &
-            'number of each member in the whole study, from 1', error)
-        if (.not. allocated(error)) call parameters%create(self%sweep, 'parameters', n, &
-            problem%sweep%n_parameters(), store_real, '', &
-            'values of the parameters that vary, a row a member', &
-            error)
-        if (.not. allocated(error)) call put_text_list(parameters%dataset, 'names', problem%sweep%names(), &
-            error)
-        do first = 0, n - 1, block
-            if (allocated(error)) return
-            count = min(block, n - first)
-            allocate (rows(problem%sweep%n_parameters(), count), numbers(1, count))
-            do i = 1, count
-                numbers(1, i) = real(self%share%number(first + i), wp)
-                rows(:, i) = problem%sweep%values(self%share%number(first + i))
-            end do
-            call number%write(first, numbers, error)
-            if (.not. allocated(error)) call parameters%write(first, rows, error)
-            deallocate (rows, numbers)
-        end do
-        call number%close()
-        call parameters%close()
-    end subroutine write_parameters
-
-    subroutine create_tables(self, problem, error)
-        class(sweep_file_t), intent(inout) :: self
-        type(problem_t), intent(in) :: problem
-        type(error_t), allocatable, intent(out) :: error
-        integer :: i, n
-
-        n = self%share%n()
-        call self%status%create(self%sweep, 'status', n, 0, store_byte, '', &
-            'what became of each member: 0 not run yet, 1 complete, 2 failed', error)
-        if (.not. allocated(error)) call self%message%create(self%sweep, 'message', n, &
-            'why a member failed; else empty', error)
-        if (.not. allocated(error)) call create_group(self%sweep, 'summary', self%summary, error)
-        call list_tables(self, problem)
-        if (has_steps(problem)) then
-            do i = 1, size(problem%probes)
-                if (.not. allocated(error)) call create_probe_tables(self, problem, i, error)
-            end do
-        end if
-        do i = 1, size(self%modal_tasks)
-            associate (task => problem%tasks(self%modal_tasks(i)))
-                if (.not. allocated(error)) call self%modes(i)%create(self%summary, task%name // &
-                    '_frequency', &
-                    n, task%count, store_real, frequency_unit(problem), &
-                    'natural frequencies, cycles a unit of time; 0 where the member failed', error)
-            end associate
-        end do
-    end subroutine create_tables
-
-    pure function frequency_unit(problem) result(unit)
+        integer, intent(in) :: summary              !! the group
         type(problem_t), intent(in) :: problem
         character(:), allocatable :: unit
-
-        unit = ''
-        if (len(problem%model%units%time) > 0) unit = '1/' // problem%model%units%time
-    end function frequency_unit
-
-    subroutine create_probe_tables(self, problem, number, error)
-        class(sweep_file_t), intent(inout) :: self
-        type(problem_t), intent(in) :: problem
-        integer, intent(in) :: number
-        type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable :: unit, time_unit, words
-        integer :: n
-
-        n = self%share%n()
-        associate (probe => problem%probes(number), task => problem%tasks(last_with_steps(problem)), &
-            units => problem%model%units)
-            unit = derived_unit(units, field_length_power(probe%field), probe%quantity)
-            time_unit = units%time
-            if (task%kind == task_static) time_unit = ''
-            words = probe_description(probe) // ' during ' // task%name // '; 0 where the member failed'
-            call self%probes(1, number)%create(self%summary, probe%name // '_max', n, 0, store_real, unit, &
-                'largest ' // words, error)
-            if (.not. allocated(error)) call self%probes(2, number)%create(self%summary, probe%name // &
-                '_min', &
-                n, 0, store_real, unit, 'smallest ' // words, error)
-            words = 'time'
-            if (task%kind == task_static) words = 'load factor'
-            if (.not. allocated(error)) call self%probes(3, number)%create(self%summary, probe%name // &
-                '_time_of_max', n, 0, store_real, time_unit, words // ' of the largest ' // &
-                probe_description(probe) // ' during ' // task%name // '; 0 where the member failed', error)
-        end associate
-    end subroutine create_probe_tables
-
-    !> Which summaries there are: of the probes if a command has steps, and of the MODAL commands.
-    subroutine list_tables(self, problem)
-        class(sweep_file_t), intent(inout) :: self
-        type(problem_t), intent(in) :: problem
         integer :: i
 
         self%modal_tasks = pack([(i, i=1, size(problem%tasks))], problem%tasks%kind == task_modal)
+        self%counts = problem%tasks(self%modal_tasks)%count
         if (allocated(self%modes)) deallocate (self%modes)
         allocate (self%modes(size(self%modal_tasks)))
         if (allocated(self%probes)) deallocate (self%probes)
-        allocate (self%probes(3, merge(size(problem%probes), 0, has_steps(problem))))
-    end subroutine list_tables
+        allocate (self%probes(3, merge(size(problem%probes), 0, any(problem%tasks%kind /= task_modal))))
+        do i = 1, size(self%probes, 2)
+            call add_probe_columns(self%archive, summary, problem, i, self%probes(:, i))
+        end do
+        unit = ''
+        if (len(problem%model%units%time) > 0) unit = '1/' // problem%model%units%time
+        do i = 1, size(self%modes)
+            call self%archive%add_series(summary, problem%tasks(self%modal_tasks(i))%name // '_frequency', &
+                [self%counts(i)], stored_real64, unit, &
+                'natural frequencies, cycles a unit of time; 0 where the member failed', self%modes(i))
+        end do
+    end subroutine add_summary
 
-    pure logical function has_steps(problem)
+    subroutine add_probe_columns(archive, summary, problem, number, columns)
+        type(archive_t), intent(inout) :: archive
+        integer, intent(in) :: summary
         type(problem_t), intent(in) :: problem
+        integer, intent(in) :: number
+        integer, intent(out) :: columns(3)
+        character(:), allocatable :: unit, time_unit, words
+        character(9), parameter :: kinds(2) = [character(9) :: 'largest', 'smallest']
+        integer :: i
 
-        has_steps = any(problem%tasks%kind /= task_modal)
-    end function has_steps
+        associate (probe => problem%probes(number), task => problem%tasks(last_with_steps(problem)), &
+            units => problem%model%units)
+            unit = derived_unit(units, field_length_power(probe%field), probe%quantity)
+            words = probe_description(probe) // ' during ' // task%name // '; 0 where the member failed'
+            do i = 1, 2
+                call archive%add_series(summary, probe%name // '_' // trim(summary_names(i)), [integer ::], &
+                    stored_real64, unit, trim(kinds(i)) // ' ' // words, columns(i))
+            end do
+            time_unit = units%time
+            if (task%kind == task_static) time_unit = ''
+            words = 'time of the largest ' // words
+            if (task%kind == task_static) words = 'load factor' // words(5:)
+            call archive%add_series(summary, probe%name // '_' // trim(summary_names(3)), [integer ::], &
+                stored_real64, time_unit, words, columns(3))
+        end associate
+    end subroutine add_probe_columns
 
     !> The command that the probes' summary speaks of.
     pure integer function last_with_steps(problem) result(number)
@@ -259,267 +175,282 @@ contains
         end do
     end function last_with_steps
 
-    subroutine make_room(self, problem)
+    !> Go on with the results of the same share of the same study in the file `source`: the members that it
+    !> has are taken over into a new file, which then takes the place of `path`. `is_damaged` says that an
+    !> error came from a file that is not what it was when it was written.
+    subroutine resume_sweep_file(self, path, source, problem, origin, share, is_damaged, error)
         class(sweep_file_t), intent(inout) :: self
+        character(*), intent(in) :: path, source
         type(problem_t), intent(in) :: problem
-
-        allocate (self%outcomes(block), self%positions(block))
-        allocate (self%extremes(size(self%probes), block))
-        allocate (self%frequencies(sum(problem%tasks(self%modal_tasks)%count), block))
-        call system_clock(self%last_flush)
-    end subroutine make_room
-
-    !> Go on with the file of the same share of the same study. Where there is no such file, or one that
-    !> cannot be read, `found` is false; a file of another deck is an error.
-    subroutine reopen_sweep_file(self, path, problem, share, found, error)
-        class(sweep_file_t), intent(inout) :: self
-        character(*), intent(in) :: path
-        type(problem_t), intent(in) :: problem
+        type(origin_t), intent(in) :: origin
         type(share_t), intent(in) :: share
-        logical, intent(out) :: found
+        logical, intent(out) :: is_damaged
         type(error_t), allocatable, intent(out) :: error
-        type(error_t), allocatable :: unreadable
-        integer :: i, k, rows
+        type(error_t), allocatable :: ignored
+        integer :: process
+        logical :: is_safe
 
-        found = .false.
-        inquire (file=path, exist=found)
-        if (.not. found) return
-        self%path = path
-        self%share = share
-        ! To open a file for writing changes it: it is looked at before. Closing it would drop the claim.
-        call open_file(path, .false., self%file, unreadable)
-        if (allocated(unreadable)) then
-            found = .false.
-            return
+        ! HDF5 may crash on a file that is damaged, so the reading is rehearsed by another process.
+        process = begin_rehearsal(rehearsal_seconds)
+        is_safe = .true.
+        if (process /= 0) is_safe = rehearsal_went_well(process)
+        is_damaged = .not. is_safe
+        if (is_safe) then
+            call start_hdf5()
+            call take_over(self, path, source, problem, origin, share, is_damaged, error)
+        else
+            call raise(error, status_file, 'reading it ends in a crash of HDF5, or never')
         end if
-        call open_group(self%file, 'sweep', self%sweep, unreadable)
-        found = .not. allocated(unreadable)
-        if (found) then
-            call check_same(self, problem, error)
-            call close_group(self%sweep)
-        end if
-        call close_file(self%file, unreadable)
-        if (allocated(error) .or. .not. found) return
-        call claim(path, error)
-        if (allocated(error)) return
-        call open_file(path, .true., self%file, error)
-        if (.not. allocated(error)) call open_group(self%file, 'sweep', self%sweep, error)
+        if (process == 0) call end_rehearsal()
         if (allocated(error)) then
-            call explain_failure(path, error)
+            if (is_damaged) error%message = 'cannot go on with ' // source // ': ' // error%message
+            if (self%archive%is_open()) call self%archive%close(ignored)
+            if (.not. is_safe) call remove_file(path // '.part')
             return
         end if
-        self%is_open = .true.
-        self%has_members = keeps_members(problem)
-        self%mesh = problem%model%mesh
-        call list_tables(self, problem)
-        call self%status%open(self%sweep, 'status', rows, error)
-        if (.not. allocated(error)) call self%message%open(self%sweep, 'message', error)
-        if (.not. allocated(error)) call open_group(self%sweep, 'summary', self%summary, error)
-        do i = 1, size(self%probes, 2)
-            do k = 1, 3
-                if (.not. allocated(error)) call self%probes(k, i)%open(self%summary, problem%probes(i)%name &
-                    // '_' // trim(summary_names(k)), rows, error)
-            end do
-        end do
-        do i = 1, size(self%modes)
-            if (.not. allocated(error)) call self%modes(i)%open(self%summary, &
-                problem%tasks(self%modal_tasks(i))%name // '_frequency', rows, error)
-        end do
-        if (self%has_members .and. .not. allocated(error)) call open_group(self%sweep, 'members', &
-            self%members, error)
-        if (.not. allocated(error)) call replace_attribute(self%file, 'status', 'running', error)
-        if (.not. allocated(error)) call replace_attribute(self%file, 'message', '', error)
-        if (.not. allocated(error)) call flush_file(self%file, error)
-        if (allocated(error)) then
-            call explain_failure(path, error)
-            return
-        end if
-        call make_room(self, problem)
-    end subroutine reopen_sweep_file
+        call self%archive%publish(.false., .true., error)
+        if (allocated(error)) call self%fail(error)
+    end subroutine resume_sweep_file
 
-    !> The file is of the same deck with the same parameters, and of the same share.
-    subroutine check_same(self, problem, error)
+    subroutine take_over(self, path, source, problem, origin, share, is_damaged, error)
         class(sweep_file_t), intent(inout) :: self
+        character(*), intent(in) :: path, source
         type(problem_t), intent(in) :: problem
+        type(origin_t), intent(in) :: origin
+        type(share_t), intent(in) :: share
+        logical, intent(out) :: is_damaged
         type(error_t), allocatable, intent(out) :: error
-        type(error_t), allocatable :: trouble
-        character(:), allocatable :: text, parameters, version, revision
-        integer :: members, shards
+        integer(hid_t) :: file, sweep
 
-        call get_attribute(self%file, 'program_version', version, trouble)
-        if (.not. allocated(trouble)) call get_attribute(self%file, 'git_revision', revision, trouble)
-        if (.not. allocated(trouble) .and. (version /= program_version .or. revision /= git_revision)) then
-            call raise(error, status_file, self%path // ' was begun by another version of the program (' // &
-                version // ', ' // revision // '): delete it, or give another name by -o')
-            return
+        is_damaged = .true.
+        call open_file(source, file, error)
+        if (allocated(error)) return
+        call open_group(file, 'sweep', sweep, error)
+        if (.not. allocated(error)) call check_same(file, sweep, source, origin, share, is_damaged, error)
+        if (.not. allocated(error)) call get_attribute(file, 'created', self%created, error)
+        if (.not. allocated(error)) call get_attribute(file, 'wall_seconds', self%wall_before, error)
+        if (.not. allocated(error)) call get_attribute(file, 'cpu_seconds', self%cpu_before, error)
+        if (.not. allocated(error)) then
+            call begin_file(self, path, problem, share, error)
+            if (allocated(error)) is_damaged = .false.
         end if
-        if (.not. allocated(trouble)) call get_deck(self%file, text, parameters, trouble)
-        members = 0
-        shards = 0
-        if (.not. allocated(trouble)) call get_attribute(self%sweep, 'members', members, trouble)
-        if (.not. allocated(trouble)) call get_attribute(self%sweep, 'shards', shards, trouble)
-        if (.not. allocated(trouble) .and. text == problem%deck_text .and. parameters == problem%parameters &
-            .and. members == self%share%members .and. shards == self%share%shards) return
-        call raise(error, status_file, self%path // ' holds the results of another deck or of other ' // &
-            'parameters: delete it, or give another name by -o')
+        if (.not. allocated(error)) call self%archive%replay(file, error)
+        if (.not. allocated(error)) call take_over_messages(self, file, error)
+        if (.not. allocated(error)) call check_members(self, file, problem%sweep, is_damaged, error)
+        if (.not. allocated(error) .and. self%members > 0) call take_over_members(self, sweep, error)
+        call close_file(file)
+    end subroutine take_over
+
+    !> The file is of the same deck with the same parameters, of the same program, and of the same share.
+    subroutine check_same(file, sweep, path, origin, share, is_damaged, error)
+        integer(hid_t), intent(in) :: file, sweep
+        character(*), intent(in) :: path
+        type(origin_t), intent(in) :: origin
+        type(share_t), intent(in) :: share
+        logical, intent(out) :: is_damaged
+        type(error_t), allocatable, intent(out) :: error
+        character(:), allocatable :: text, parameters, version, revision
+        integer :: members, shard, shards
+
+        is_damaged = .true.
+        call get_attribute(file, 'program_version', version, error)
+        if (.not. allocated(error)) call get_attribute(file, 'git_revision', revision, error)
+        if (.not. allocated(error)) call get_deck(file, text, parameters, error)
+        if (.not. allocated(error)) call get_attribute(sweep, 'members', members, error)
+        if (.not. allocated(error)) call get_attribute(sweep, 'shard', shard, error)
+        if (.not. allocated(error)) call get_attribute(sweep, 'shards', shards, error)
+        if (allocated(error)) return
+        is_damaged = .false.
+        if (version // ' (' // revision // ')' /= origin%program) then
+            call raise(error, status_file, path // ' was begun by another version of the program (' // &
+                version // ', ' // revision // '): delete it, or give another name by -o')
+        else if (text /= origin%deck .or. parameters /= origin%parameters .or. members /= share%members &
+            .or. shards /= share%shards .or. shard /= share%shard) then
+            call raise(error, status_file, path // ' holds the results of another deck or of other ' // &
+                'parameters: delete it, or give another name by -o')
+        end if
     end subroutine check_same
 
-    !> What became of the members so far (positions of the share).
-    subroutine read_outcomes(self, outcomes, error)
-        class(sweep_file_t), intent(in) :: self
-        integer, allocatable, intent(out) :: outcomes(:)
+    subroutine take_over_messages(self, file, error)
+        class(sweep_file_t), intent(inout) :: self
+        integer(hid_t), intent(in) :: file
         type(error_t), allocatable, intent(out) :: error
-        real(wp), allocatable :: rows(:, :)
+        type(text_t), allocatable :: texts(:)
+        integer :: i
 
-        allocate (rows(1, self%share%n()))
-        call self%status%read(0, rows, error)
-        outcomes = nint(rows(1, :))
-    end subroutine read_outcomes
+        call get_texts(file, 'sweep/message', texts, error)
+        if (allocated(error)) return
+        do i = 1, size(texts)
+            call self%archive%append_text(self%message, texts(i)%text)
+        end do
+        call self%archive%check_against(self%message, file, error)
+    end subroutine take_over_messages
+
+    !> The members are the first ones of the share, in their order, with the values that the deck gives them.
+    subroutine check_members(self, file, sweep, is_damaged, error)
+        class(sweep_file_t), intent(inout) :: self
+        integer(hid_t), intent(in) :: file
+        type(sweep_t), intent(in) :: sweep
+        logical, intent(out) :: is_damaged
+        type(error_t), allocatable, intent(out) :: error
+        integer, parameter :: rows_a_turn = 4096
+        real(wp), allocatable :: numbers(:, :), outcomes(:, :), values(:, :)
+        integer(i8), parameter :: scalar(0) = [integer(i8) ::]
+        integer :: first, n, i
+
+        is_damaged = .true.
+        self%finished = int(count_rows(file, 'sweep/number', scalar))
+        self%failed = 0
+        do first = 0, self%finished - 1, rows_a_turn
+            n = min(rows_a_turn, self%finished - first)
+            allocate (numbers(1, n), outcomes(1, n), values(sweep%n_parameters(), n))
+            call get_rows(file, 'sweep/number', scalar, int(first, i8), numbers, error)
+            if (.not. allocated(error)) call get_rows(file, 'sweep/status', scalar, int(first, i8), &
+                outcomes, error)
+            if (.not. allocated(error)) call get_rows(file, 'sweep/parameters', [size(values, 1, i8)], &
+                int(first, i8), values, error)
+            if (allocated(error)) return
+            self%failed = self%failed + count(nint(outcomes) == member_failed)
+            do i = 1, n
+                if (nint(numbers(1, i)) /= self%share%number(first + i)) then
+                    call raise(error, status_file, 'its members are not in their order')
+                else if (any(abs(values(:, i) - sweep%values(nint(numbers(1, i)))) > 0.0_wp)) then
+                    is_damaged = .false.
+                    call raise(error, status_input, self%path // ': a table that the deck reads from a ' &
+                        // 'file has changed since it was begun')
+                end if
+                if (allocated(error)) return
+            end do
+            deallocate (numbers, outcomes, values)
+        end do
+        is_damaged = .false.
+    end subroutine check_members
+
+    subroutine take_over_members(self, sweep, error)
+        class(sweep_file_t), intent(inout) :: self
+        integer(hid_t), intent(in) :: sweep
+        type(error_t), allocatable, intent(out) :: error
+        character(16), allocatable :: names(:)
+        integer(hid_t) :: members
+        integer :: first, last, i
+
+        call open_group(sweep, 'members', members, error)
+        do first = 1, self%finished, members_a_batch
+            if (allocated(error)) return
+            last = min(self%finished, first + members_a_batch - 1)
+            allocate (names(first:last))
+            do i = first, last
+                names(i) = member_name(self%share%number(i), self%share%members)
+            end do
+            call self%archive%keep_copies(self%members, spread(members, 1, size(names)), names, error)
+            deallocate (names)
+        end do
+    end subroutine take_over_members
 
     !> Take a member that has run; members come in increasing order.
     subroutine take(self, member, error)
         class(sweep_file_t), intent(inout) :: self
         type(member_t), intent(in) :: member
         type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable :: name
-        integer(i8) :: count, rate
 
-        if (self%has_members) then
-            name = member_name(member%number, self%share%members)
-            ! A run that was killed may have left a group of a member that it had not finished.
-            if (has_link(self%members, name)) call delete_link(self%members, name, error)
-            if (.not. allocated(error)) call write_member(self%members, name, member, self%mesh, error)
+        if (self%members > 0) then
+            call write_member(self%archive, self%members, member_name(member%number, self%share%members), &
+                member, self%mesh, error)
+            self%loose = self%loose + 1
         end if
-        if (.not. allocated(error)) call keep_row(self, member, error)
-        if (allocated(error)) then
-            call explain_failure(self%path, error)
-            return
+        if (.not. allocated(error)) call write_row(self, member, error)
+        if (.not. allocated(error) .and. self%loose >= members_a_batch) call keep_members(self, error)
+        self%finished = self%finished + 1
+        if (member%outcome == member_failed) self%failed = self%failed + 1
+        if (.not. allocated(error)) then
+            if (self%archive%is_due(step_seconds)) call publish(self, .false., error)
         end if
-        call system_clock(count, rate)
-        if (self%n == block .or. real(count - self%last_flush, wp) > flush_seconds*real(rate, wp)) &
-            call self%flush(error)
+        if (allocated(error)) call self%fail(error)
     end subroutine take
 
-    subroutine keep_row(self, member, error)
+    subroutine keep_members(self, error)
+        class(sweep_file_t), intent(inout) :: self
+        type(error_t), allocatable, intent(out) :: error
+
+        self%loose = 0
+        if (self%members > 0) call self%archive%keep(self%members, error)
+    end subroutine keep_members
+
+    subroutine publish(self, is_last, error)
+        class(sweep_file_t), intent(inout) :: self
+        logical, intent(in) :: is_last
+        type(error_t), allocatable, intent(out) :: error
+
+        call keep_members(self, error)
+        if (.not. allocated(error)) call self%archive%publish(is_last, self%archive%age() > step_seconds, &
+            error)
+    end subroutine publish
+
+    subroutine write_row(self, member, error)
         class(sweep_file_t), intent(inout) :: self
         type(member_t), intent(in) :: member
         type(error_t), allocatable, intent(out) :: error
-        integer :: i, n, width
+        real(wp) :: summary(3)
+        real(wp), allocatable :: frequencies(:)
+        integer :: i, k
 
-        self%n = self%n + 1
-        self%positions(self%n) = self%share%position(member%number)
-        self%outcomes(self%n) = real(member%outcome, wp)
-        self%extremes(:, self%n) = 0.0_wp
-        self%frequencies(:, self%n) = 0.0_wp
-        if (member%outcome /= member_complete) then
-            call self%message%write(self%positions(self%n) - 1, member%message, error)
-            return
-        end if
-        do i = 1, size(self%probes, 2)
-            self%extremes(3*i - 2:3*i, self%n) = [member%extremes(i)%largest, member%extremes(i)%smallest, &
-                member%extremes(i)%when_largest]
-        end do
-        n = 0
-        do i = 1, size(self%modes)
-            width = self%modes(i)%columns
-            associate (frequency => member%commands(self%modal_tasks(i))%frequency)
-                self%frequencies(n + 1:n + min(width, size(frequency)), self%n) = frequency(:min(width, &
-                    size(frequency)))
-            end associate
-            n = n + width
-        end do
-    end subroutine keep_row
-
-    !> Hand the rows that wait to the file: first what they say, then that they are there.
-    subroutine flush_rows(self, error)
-        class(sweep_file_t), intent(inout) :: self
-        type(error_t), allocatable, intent(out) :: error
-        integer :: first, last
-
-        first = 1
-        do while (first <= self%n)
-            last = end_of_run(self%positions(:self%n), first)
-            if (.not. allocated(error)) call write_summary(self, first, last, error)
-            first = last + 1
-        end do
-        if (.not. allocated(error)) call flush_file(self%file, error)
-        first = 1
-        do while (first <= self%n)
-            last = end_of_run(self%positions(:self%n), first)
-            if (.not. allocated(error)) call self%status%write(self%positions(first) - 1, &
-                reshape(self%outcomes(first:last), [1, last - first + 1]), error)
-            first = last + 1
-        end do
-        if (.not. allocated(error)) call flush_file(self%file, error)
-        self%n = 0
-        call system_clock(self%last_flush)
-        if (allocated(error)) call explain_failure(self%path, error)
-    end subroutine flush_rows
-
-    !> The last of the positions that follow one another from `first` on.
-    pure integer function end_of_run(positions, first) result(last)
-        integer, intent(in) :: positions(:), first
-
-        last = first
-        do while (last < size(positions))
-            if (positions(last + 1) /= positions(last) + 1) return
-            last = last + 1
-        end do
-    end function end_of_run
-
-    subroutine write_summary(self, first, last, error)
-        class(sweep_file_t), intent(inout) :: self
-        integer, intent(in) :: first, last          !! of the rows that wait
-        type(error_t), allocatable, intent(out) :: error
-        integer :: i, k, n, before
-
-        before = self%positions(first) - 1
-        do i = 1, size(self%probes, 2)
-            do k = 1, 3
-                if (.not. allocated(error)) call self%probes(k, i)%write(before, &
-                    self%extremes(3*i - 3 + k:3*i - 3 + k, first:last), error)
+        associate (archive => self%archive)
+            call archive%append(self%number, [real(member%number, wp)], error)
+            if (.not. allocated(error)) call archive%append(self%parameters, member%values, error)
+            if (.not. allocated(error)) call archive%append(self%status, [real(member%outcome, wp)], error)
+            if (member%outcome == member_complete) then
+                call archive%append_text(self%message, '')
+            else
+                call archive%append_text(self%message, member%message)
+            end if
+            do i = 1, size(self%probes, 2)
+                summary = 0.0_wp
+                if (member%outcome == member_complete) summary = [member%extremes(i)%largest, &
+                    member%extremes(i)%smallest, member%extremes(i)%when_largest]
+                do k = 1, 3
+                    if (.not. allocated(error)) call archive%append(self%probes(k, i), summary(k:k), error)
+                end do
             end do
-        end do
-        n = 0
-        do i = 1, size(self%modes)
-            if (.not. allocated(error)) call self%modes(i)%write(before, &
-                self%frequencies(n + 1:n + self%modes(i)%columns, first:last), error)
-            n = n + self%modes(i)%columns
-        end do
-    end subroutine write_summary
+            do i = 1, size(self%modes)
+                allocate (frequencies(self%counts(i)), source=0.0_wp)
+                if (member%outcome == member_complete) then
+                    associate (found => member%commands(self%modal_tasks(i))%frequency)
+                        k = min(size(found), size(frequencies))
+                        frequencies(:k) = found(:k)
+                    end associate
+                end if
+                if (.not. allocated(error)) call archive%append(self%modes(i), frequencies, error)
+                deallocate (frequencies)
+            end do
+        end associate
+    end subroutine write_row
 
     !> Write how the study ended, and close.
     subroutine close_sweep_file(self, status, message, wall_seconds, cpu_seconds, error)
         class(sweep_file_t), intent(inout) :: self
         character(*), intent(in) :: status          !! complete, failed or interrupted
         character(*), intent(in) :: message
-        real(wp), intent(in) :: wall_seconds, cpu_seconds
+        real(wp), intent(in) :: wall_seconds, cpu_seconds   !! of this run
         type(error_t), allocatable, intent(out) :: error
-        integer :: i, k
 
-        if (.not. self%is_open) return
-        if (self%n > 0) call self%flush(error)
-        if (allocated(error)) return
-        do i = 1, size(self%probes, 2)
-            do k = 1, 3
-                call self%probes(k, i)%close()
-            end do
-        end do
-        do i = 1, size(self%modes)
-            call self%modes(i)%close()
-        end do
-        call self%status%close()
-        call self%message%close()
-        if (self%has_members) call close_group(self%members)
-        call close_group(self%summary)
-        call close_group(self%sweep)
-        call replace_attribute(self%file, 'status', status, error)
-        if (.not. allocated(error)) call replace_attribute(self%file, 'message', message, error)
-        if (.not. allocated(error)) call replace_attribute(self%file, 'wall_seconds', wall_seconds, error)
-        if (.not. allocated(error)) call replace_attribute(self%file, 'cpu_seconds', cpu_seconds, error)
-        if (.not. allocated(error)) call close_file(self%file, error)
-        self%is_open = .false.
-        if (allocated(error)) call explain_failure(self%path, error)
+        if (.not. self%archive%is_open()) return
+        call self%archive%set(root, 'status', status)
+        call self%archive%set(root, 'message', message)
+        call self%archive%set(root, 'wall_seconds', self%wall_before + wall_seconds)
+        call self%archive%set(root, 'cpu_seconds', self%cpu_before + cpu_seconds)
+        call publish(self, .true., error)
+        if (allocated(error)) then
+            call self%fail(error)
+        else
+            call self%archive%close(error)
+        end if
     end subroutine close_sweep_file
+
+    subroutine fail(self, error)
+        class(sweep_file_t), intent(inout) :: self
+        type(error_t), intent(in) :: error
+
+        call self%archive%give_up(error%message)
+    end subroutine fail
 
 end module gb_sweep_file

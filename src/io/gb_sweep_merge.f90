@@ -1,19 +1,17 @@
 !> Joins the files of a study's shards into one, which holds the same as that of a run that was not divided.
 module gb_sweep_merge
-    use gb_kinds, only: wp
+    use gb_kinds, only: wp, i8
+    use gb_archive, only: archive_t, root, stored_real64, stored_int32, stored_int8
     use gb_error, only: error_t, raise, status_file
-    use gb_hdf5_direct, only: hid_t, create_file, flush_file, close_file, create_group, close_group, &
-        put_attribute, replace_attribute
-    use gb_hdf5_input, only: get_attribute, get_deck
-    use gb_hdf5_read, only: open_file, open_group, has_link, copy_object, link_names, max_link, &
-        get_text_list
-    use gb_hdf5_table, only: table_t, text_table_t, put_text_list
+    use gb_hdf5, only: start_hdf5
+    use gb_hdf5_input, only: hid_t, text_t, max_link, open_file, close_file, open_group, has_link, &
+        link_names, get_attribute, get_dataset_attribute, get_deck, get_table, get_texts, get_text_list
     use gb_member, only: member_waiting, member_failed
     use gb_member_file, only: member_name
     use gb_names, only: max_name
-    use gb_claim, only: claim_file, explain_failure
     use gb_posix, only: raise_file_limit
     use gb_share, only: share_t, study_end
+    use gb_sweep_file, only: members_a_batch
     implicit none
     private
 
@@ -24,14 +22,16 @@ module gb_sweep_merge
         integer(hid_t) :: file = -1, sweep = -1, summary = -1, members = -1
     end type shard_t
 
+    !> Where a member's row is: in which shard, and at which place of it; nowhere: 0.
+    type :: place_t
+        integer :: shard = 0, row = 0
+    end type place_t
+
     !> What became of the study.
     type, public :: merged_t
         integer :: members = 0, failed = 0
         integer, allocatable :: missing(:)          !! numbers of the members that no file has
     end type merged_t
-
-    !> Numbers of members that are carried over at once.
-    integer, parameter :: block = 65536
 
     public :: merge_shards
 
@@ -44,12 +44,13 @@ contains
         type(merged_t), intent(out) :: merged
         type(error_t), allocatable, intent(out) :: error
         type(shard_t), allocatable :: shards(:)
-        integer, allocatable :: outcomes(:)         !! by number
-        integer(hid_t) :: file
-        character(:), allocatable :: reason
+        type(place_t), allocatable :: places(:)     !! by number
+        type(archive_t) :: archive
+        type(error_t), allocatable :: ignored
         integer :: i
 
         call raise_file_limit()
+        call start_hdf5()
         allocate (shards(size(paths)))
         do i = 1, size(paths)
             shards(i)%path = trim(paths(i))
@@ -62,25 +63,26 @@ contains
             call check_fit(shards(:i), error)
             if (allocated(error)) return
         end do
-        allocate (outcomes(shards(1)%share%members), source=member_waiting)
+        allocate (places(shards(1)%share%members))
         do i = 1, size(shards)
-            call read_outcomes(shards(i), outcomes, error)
+            call find_members(shards(i), i, places, merged%failed, error)
             if (allocated(error)) return
         end do
-        merged%members = size(outcomes)
-        merged%failed = count(outcomes == member_failed)
-        merged%missing = pack([(i, i=1, size(outcomes))], outcomes == member_waiting)
-        reason = claim_file(path)
-        if (len(reason) > 0) then
-            call raise(error, status_file, 'cannot write the results file ' // path // ': ' // reason)
-            return
+        merged%members = size(places)
+        merged%missing = pack([(i, i=1, size(places))], places%shard == 0)
+        call archive%open(path, error)
+        if (allocated(error)) return
+        call write_root(archive, shards, merged, error)
+        if (.not. allocated(error)) call write_sweep(archive, shards, places, error)
+        if (.not. allocated(error)) call archive%publish(.true., .true., error)
+        if (allocated(error)) then
+            call archive%close(ignored)
+        else
+            call archive%close(error)
         end if
-        call create_file(path, file, error)
-        if (.not. allocated(error)) call write_root(file, shards, error)
-        if (.not. allocated(error)) call write_sweep(file, shards, outcomes, error)
-        if (.not. allocated(error)) call say_end(file, merged, error)
-        if (.not. allocated(error)) call close_file(file, error)
-        if (allocated(error)) call explain_failure(path, error)
+        do i = 1, size(shards)
+            call close_file(shards(i)%file)
+        end do
     end subroutine merge_shards
 
     subroutine open_shard(shard, error)
@@ -93,7 +95,7 @@ contains
             call raise(error, status_file, 'cannot read ' // shard%path // ': there is no such file')
             return
         end if
-        call open_file(shard%path, .false., shard%file, error)
+        call open_file(shard%path, shard%file, error)
         if (.not. allocated(error)) call open_group(shard%file, 'sweep', shard%sweep, error)
         if (.not. allocated(error)) call get_attribute(shard%sweep, 'members', shard%share%members, &
             error)
@@ -144,159 +146,153 @@ contains
         end associate
     end subroutine check_fit
 
-    subroutine read_outcomes(shard, outcomes, error)
+    !> Note where the members of a shard are that have run, and how many of them failed.
+    subroutine find_members(shard, number, places, failed, error)
         type(shard_t), intent(in) :: shard
-        integer, intent(inout) :: outcomes(:)
+        integer, intent(in) :: number
+        type(place_t), intent(inout) :: places(:)
+        integer, intent(inout) :: failed
         type(error_t), allocatable, intent(out) :: error
-        type(table_t) :: status
-        real(wp), allocatable :: rows(:, :)
-        integer :: n, i
+        real(wp), allocatable :: numbers(:, :), outcomes(:, :)
+        integer :: i
 
-        call status%open(shard%sweep, 'status', n, error)
-        if (allocated(error)) return
-        allocate (rows(1, n))
-        call status%read(0, rows, error)
-        do i = 1, n
-            outcomes(shard%share%number(i)) = nint(rows(1, i))
+        call get_table(shard%sweep, 'number', numbers, error)
+        if (.not. allocated(error)) call get_table(shard%sweep, 'status', outcomes, error)
+        if (allocated(error)) then
+            error%message = 'cannot read ' // shard%path // ': ' // error%message
+            return
+        end if
+        if (any(numbers < 1.0_wp .or. numbers > real(size(places), wp)) &
+            .or. size(outcomes) /= size(numbers)) then
+            call raise(error, status_file, 'cannot read ' // shard%path // ': it is damaged')
+            return
+        end if
+        do i = 1, size(numbers)
+            if (nint(outcomes(1, i)) == member_waiting) cycle
+            if (nint(outcomes(1, i)) == member_failed) failed = failed + 1
+            places(nint(numbers(1, i))) = place_t(number, i)
         end do
-        call status%close()
-    end subroutine read_outcomes
+    end subroutine find_members
 
-    !> What the shards' files say alike of the run, and the sums of what they do not.
-    subroutine write_root(file, shards, error)
-        integer(hid_t), intent(in) :: file
+    !> What the shards' files say alike of the run, the sums of what they do not, and how the study ended, in
+    !> the words that an undivided run uses.
+    subroutine write_root(archive, shards, merged, error)
+        type(archive_t), intent(inout) :: archive
         type(shard_t), intent(in) :: shards(:)
+        type(merged_t), intent(in) :: merged
         type(error_t), allocatable, intent(out) :: error
-        character(16), parameter :: texts(8) = [character(16) :: 'format', 'program_version', &
-            'git_revision', &
-            'compiler', 'title', 'created', 'status', 'message']
-        character(:), allocatable :: text
+        character(16), parameter :: texts(6) = [character(16) :: 'format', 'program_version', &
+            'git_revision', 'compiler', 'title', 'created']
+        character(:), allocatable :: text, status, message
         real(wp) :: wall, cpu, seconds
         integer :: i, version
 
         call get_attribute(shards(1)%file, 'format_version', version, error)
-        if (.not. allocated(error)) call put_attribute(file, 'format_version', version, error)
+        call archive%set(root, 'format_version', version)
         do i = 1, size(texts)
             if (.not. allocated(error)) call get_attribute(shards(1)%file, trim(texts(i)), text, error)
-            if (.not. allocated(error)) call put_attribute(file, trim(texts(i)), text, error)
+            if (.not. allocated(error)) call archive%set(root, trim(texts(i)), text)
         end do
         wall = 0.0_wp
         cpu = 0.0_wp
         do i = 1, size(shards)
-            if (.not. allocated(error)) call get_attribute(shards(i)%file, 'wall_seconds', seconds, &
-                error)
+            if (.not. allocated(error)) call get_attribute(shards(i)%file, 'wall_seconds', seconds, error)
             wall = max(wall, seconds)
             if (.not. allocated(error)) call get_attribute(shards(i)%file, 'cpu_seconds', seconds, error)
             cpu = cpu + seconds
         end do
-        if (.not. allocated(error)) call put_attribute(file, 'wall_seconds', wall, error)
-        if (.not. allocated(error)) call put_attribute(file, 'cpu_seconds', cpu, error)
-        if (.not. allocated(error)) call copy_object(shards(1)%file, 'deck', file, error)
-        if (.not. allocated(error)) call copy_object(shards(1)%file, 'units', file, error)
-        if (.not. allocated(error)) call copy_object(shards(1)%file, 'mesh', file, error)
+        if (allocated(error)) return
+        call study_end(merged%members, merged%failed, size(merged%missing), status, message)
+        call archive%set(root, 'status', status)
+        call archive%set(root, 'message', message)
+        call archive%set(root, 'wall_seconds', wall)
+        call archive%set(root, 'cpu_seconds', cpu)
+        call archive%keep_copies(root, spread(shards(1)%file, 1, 3), ['deck ', 'units', 'mesh '], error)
     end subroutine write_root
 
-    subroutine write_sweep(file, shards, outcomes, error)
-        integer(hid_t), intent(in) :: file
+    subroutine write_sweep(archive, shards, places, error)
+        type(archive_t), intent(inout) :: archive
         type(shard_t), intent(in) :: shards(:)
-        integer, intent(in) :: outcomes(:)
+        type(place_t), intent(in) :: places(:)
         type(error_t), allocatable, intent(out) :: error
-        integer(hid_t) :: sweep, summary
         character(max_link), allocatable :: names(:)
-        integer(hid_t), allocatable :: groups(:)
-        integer :: i
+        character(:), allocatable :: parameters
+        integer :: sweep, summary, node, i
 
-        call create_group(file, 'sweep', sweep, error)
-        if (.not. allocated(error)) call put_attribute(sweep, 'members', size(outcomes), error)
-        if (.not. allocated(error)) call put_attribute(sweep, 'shard', 1, error)
-        if (.not. allocated(error)) call put_attribute(sweep, 'shards', 1, error)
-        groups = shards%sweep
-        if (.not. allocated(error)) call join_table(sweep, groups, shards%share, 'number', outcomes, error)
-        if (.not. allocated(error)) call join_table(sweep, groups, shards%share, 'parameters', outcomes, &
-            error)
-        if (.not. allocated(error)) call join_table(sweep, groups, shards%share, 'status', outcomes, error)
-        if (.not. allocated(error)) call join_messages(sweep, shards, outcomes, error)
-        if (.not. allocated(error)) call create_group(sweep, 'summary', summary, error)
+        call archive%add_group(root, 'sweep', sweep)
+        call archive%set(sweep, 'members', size(places))
+        call archive%set(sweep, 'shard', 1)
+        call archive%set(sweep, 'shards', 1)
+        call join(archive, sweep, shards%sweep, shards, 'number', stored_int32, places, node, error)
+        if (.not. allocated(error)) call join(archive, sweep, shards%sweep, shards, 'parameters', &
+            stored_real64, places, node, error)
+        if (.not. allocated(error)) call get_text_list(shards(1)%sweep, 'parameters', 'names', &
+            parameters, error)
+        if (allocated(error)) return
+        call archive%set_list(node, 'names', split(parameters))
+        call join(archive, sweep, shards%sweep, shards, 'status', stored_int8, places, node, error)
+        if (.not. allocated(error)) call join_messages(archive, sweep, shards, places, error)
         if (.not. allocated(error)) call link_names(shards(1)%summary, names, error)
         if (allocated(error)) return
-        groups = shards%summary
+        call archive%add_group(sweep, 'summary', summary)
         do i = 1, size(names)
-            if (.not. allocated(error)) call join_table(summary, groups, shards%share, trim(names(i)), &
-                outcomes, error)
+            if (.not. allocated(error)) call join(archive, summary, shards%summary, shards, trim(names(i)), &
+                stored_real64, places, node, error)
         end do
-        if (allocated(error)) return
-        call close_group(summary)
-        if (shards(1)%members >= 0) call join_members(sweep, shards, outcomes, error)
-        if (.not. allocated(error)) call close_group(sweep)
+        if (shards(1)%members >= 0 .and. .not. allocated(error)) call join_members(archive, sweep, shards, &
+            places, error)
     end subroutine write_sweep
 
     !> A dataset of one row a member, put together from the shards' rows.
-    subroutine join_table(into, groups, shares, name, outcomes, error)
-        integer(hid_t), intent(in) :: into, groups(:)
-        type(share_t), intent(in) :: shares(:)
+    subroutine join(archive, into, groups, shards, name, stored, places, node, error)
+        type(archive_t), intent(inout) :: archive
+        integer, intent(in) :: into
+        integer(hid_t), intent(in) :: groups(:)         !! of the shards' files
+        type(shard_t), intent(in) :: shards(:)
         character(*), intent(in) :: name
-        integer, intent(in) :: outcomes(:)
+        integer, intent(in) :: stored
+        type(place_t), intent(in) :: places(:)
+        integer, intent(out) :: node                    !! of the series
         type(error_t), allocatable, intent(out) :: error
-        type(table_t) :: joined, part
-        real(wp), allocatable :: rows(:, :), mine(:, :)
-        character(:), allocatable :: words
-        integer :: before, count_, written, i, k, n, first, last, columns
+        type :: table_t
+            real(wp), allocatable :: rows(:, :)
+        end type table_t
+        type(table_t), allocatable :: tables(:)
+        character(:), allocatable :: unit, description
+        integer :: i, number
 
-        call part%open(groups(1), name, n, error)
-        if (allocated(error)) return
-        call joined%create_like(into, name, count(outcomes /= member_waiting), part, error)
-        if (name == 'parameters' .and. .not. allocated(error)) then
-            call get_text_list(part%dataset, 'names', words, error)
-            if (.not. allocated(error)) call put_text_list(joined%dataset, 'names', split(words), error)
-        end if
-        columns = max(1, part%columns)
-        call part%close()
-        written = 0
-        do before = 0, size(outcomes) - 1, block
-            count_ = min(block, size(outcomes) - before)
-            allocate (rows(columns, count_))
-            do i = 1, size(groups)
-                if (allocated(error)) return
-                call positions_between(shares(i), before + 1, before + count_, first, last)
-                if (last < first) cycle
-                allocate (mine(columns, last - first + 1))
-                call part%open(groups(i), name, n, error)
-                if (.not. allocated(error)) call part%read(first - 1, mine, error)
-                call part%close()
-                do k = first, last
-                    rows(:, shares(i)%number(k) - before) = mine(:, k - first + 1)
-                end do
-                deallocate (mine)
-            end do
-            ! The rows of members that are there move together.
-            n = 0
-            do k = 1, count_
-                if (outcomes(before + k) == member_waiting) cycle
-                n = n + 1
-                if (n < k) rows(:, n) = rows(:, k)
-            end do
-            if (n > 0) then
-                mine = rows(:, :n)
-                if (.not. allocated(error)) call joined%write(written, mine, error)
-                deallocate (mine)
+        node = 0
+        call get_dataset_attribute(groups(1), name, 'unit', unit, error)
+        if (.not. allocated(error)) call get_dataset_attribute(groups(1), name, 'description', &
+            description, error)
+        allocate (tables(size(shards)))
+        do i = 1, size(shards)
+            if (.not. allocated(error)) call get_table(groups(i), name, tables(i)%rows, error)
+            if (.not. allocated(error)) call archive%check_rows(groups(i), name, stored, &
+                tables(i)%rows, error)
+            if (.not. allocated(error)) then
+                if (size(tables(i)%rows, 2) < maxval(places%row, mask=places%shard == i) .or. &
+                    size(tables(i)%rows, 1) /= size(tables(1)%rows, 1)) call raise(error, status_file, name &
+                    // ' is damaged')
             end if
-            written = written + n
-            deallocate (rows)
+            if (allocated(error)) then
+                error%message = 'cannot read ' // shards(i)%path // ': ' // error%message
+                return
+            end if
         end do
-        call joined%close()
-    end subroutine join_table
-
-    !> Positions of a share whose members have numbers from `low` to `high`.
-    pure subroutine positions_between(share, low, high, first, last)
-        type(share_t), intent(in) :: share
-        integer, intent(in) :: low, high
-        integer, intent(out) :: first, last
-
-        first = 1
-        if (low > share%shard) first = (low - share%shard + share%shards - 1)/share%shards + 1
-        last = 0
-        if (high >= share%shard) last = min(share%n(), (high - share%shard)/share%shards + 1)
-    end subroutine positions_between
+        if (size(tables(1)%rows, 1) == 1 .and. name /= 'parameters' .and. index(name, '_frequency') == 0) then
+            call archive%add_series(into, name, [integer ::], stored, unit, description, node)
+        else
+            call archive%add_series(into, name, [size(tables(1)%rows, 1)], stored, unit, description, node)
+        end if
+        do number = 1, size(places)
+            associate (place => places(number))
+                if (place%shard == 0) cycle
+                call archive%append(node, tables(place%shard)%rows(:, place%row), error)
+                if (allocated(error)) return
+            end associate
+        end do
+    end subroutine join
 
     pure function split(words) result(names)
         character(*), intent(in) :: words           !! each with a blank behind it
@@ -312,83 +308,65 @@ contains
         end do
     end function split
 
-    subroutine join_messages(sweep, shards, outcomes, error)
-        integer(hid_t), intent(in) :: sweep
+    subroutine join_messages(archive, sweep, shards, places, error)
+        type(archive_t), intent(inout) :: archive
+        integer, intent(in) :: sweep
         type(shard_t), intent(in) :: shards(:)
-        integer, intent(in) :: outcomes(:)
+        type(place_t), intent(in) :: places(:)
         type(error_t), allocatable, intent(out) :: error
-        type(text_table_t) :: joined
-        type(text_table_t), allocatable :: parts(:)
-        character(:), allocatable :: text
-        integer, allocatable :: holder(:)
-        integer :: i, number, written
+        type :: messages_t
+            type(text_t), allocatable :: texts(:)
+        end type messages_t
+        type(messages_t), allocatable :: messages(:)
+        character(:), allocatable :: description
+        integer :: i, number, node
 
-        call find_holders(shards, holder)
-        allocate (parts(size(shards)))
+        allocate (messages(size(shards)))
         do i = 1, size(shards)
-            if (.not. allocated(error)) call parts(i)%open(shards(i)%sweep, 'message', error)
+            call get_texts(shards(i)%sweep, 'message', messages(i)%texts, error)
+            if (.not. allocated(error)) then
+                if (size(messages(i)%texts) < maxval(places%row, mask=places%shard == i)) call raise(error, &
+                    status_file, 'message is damaged')
+            end if
+            if (allocated(error)) then
+                error%message = 'cannot read ' // shards(i)%path // ': ' // error%message
+                return
+            end if
         end do
-        if (.not. allocated(error)) call joined%create(sweep, 'message', count(outcomes /= member_waiting), &
-            'why a member failed; else empty', error)
-        written = 0
-        do number = 1, size(outcomes)
-            if (allocated(error)) return
-            if (outcomes(number) == member_waiting) cycle
-            written = written + 1
-            if (outcomes(number) /= member_failed) cycle
-            i = holder(modulo(number - 1, size(holder)) + 1)
-            call parts(i)%read(shards(i)%share%position(number) - 1, text, error)
-            if (.not. allocated(error)) call joined%write(written - 1, text, error)
+        call get_dataset_attribute(shards(1)%sweep, 'message', 'description', description, error)
+        if (allocated(error)) return
+        call archive%add_texts(sweep, 'message', description, node)
+        do number = 1, size(places)
+            associate (place => places(number))
+                if (place%shard > 0) call archive%append_text(node, &
+                    messages(place%shard)%texts(place%row)%text)
+            end associate
         end do
-        do i = 1, size(shards)
-            call parts(i)%close()
-        end do
-        call joined%close()
     end subroutine join_messages
 
-    !> By shard's number: which of the files holds it, 0 for none.
-    pure subroutine find_holders(shards, holder)
+    subroutine join_members(archive, sweep, shards, places, error)
+        type(archive_t), intent(inout) :: archive
+        integer, intent(in) :: sweep
         type(shard_t), intent(in) :: shards(:)
-        integer, allocatable, intent(out) :: holder(:)
-        integer :: i
-
-        allocate (holder(shards(1)%share%shards), source=0)
-        do i = 1, size(shards)
-            holder(shards(i)%share%shard) = i
-        end do
-    end subroutine find_holders
-
-    subroutine join_members(sweep, shards, outcomes, error)
-        integer(hid_t), intent(in) :: sweep
-        type(shard_t), intent(in) :: shards(:)
-        integer, intent(in) :: outcomes(:)
+        type(place_t), intent(in) :: places(:)
         type(error_t), allocatable, intent(out) :: error
-        integer(hid_t) :: members
-        integer, allocatable :: holder(:)
-        integer :: number
+        integer(hid_t) :: sources(members_a_batch)
+        character(16) :: names(members_a_batch)
+        integer :: members, number, n
 
-        call find_holders(shards, holder)
-        call create_group(sweep, 'members', members, error)
-        do number = 1, size(outcomes)
+        call archive%add_group(sweep, 'members', members)
+        n = 0
+        do number = 1, size(places)
+            if (places(number)%shard > 0) then
+                n = n + 1
+                sources(n) = shards(places(number)%shard)%members
+                names(n) = member_name(number, size(places))
+            end if
+            if (n < members_a_batch .and. number < size(places) .or. n == 0) cycle
+            call archive%keep_copies(members, sources(:n), names(:n), error)
             if (allocated(error)) return
-            if (outcomes(number) == member_waiting) cycle
-            call copy_object(shards(holder(modulo(number - 1, size(holder)) + 1))%members, &
-                member_name(number, size(outcomes)), members, error)
+            n = 0
         end do
-        if (.not. allocated(error)) call close_group(members)
     end subroutine join_members
-
-    !> How the study ended, in the words that an undivided run uses.
-    subroutine say_end(file, merged, error)
-        integer(hid_t), intent(in) :: file
-        type(merged_t), intent(in) :: merged
-        type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable :: status, message
-
-        call study_end(merged%members, merged%failed, size(merged%missing), status, message)
-        call replace_attribute(file, 'status', status, error)
-        if (.not. allocated(error)) call replace_attribute(file, 'message', message, error)
-        if (.not. allocated(error)) call flush_file(file, error)
-    end subroutine say_end
 
 end module gb_sweep_merge

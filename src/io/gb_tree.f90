@@ -11,9 +11,10 @@ module gb_tree
     !> Bytes of a number of each kind.
     integer, parameter, public :: stored_bytes(6) = [8, 4, 4, 8, 1, 1]
 
-    !> Kinds of attributes: texts are UTF-8 of any length, or ASCII of fixed length.
+    !> Kinds of attributes: texts are UTF-8 of any length, or ASCII of fixed length; a list has one text a
+    !> line.
     integer, parameter, public :: attribute_text = 1, attribute_ascii = 2, attribute_integer = 3, &
-        attribute_real = 4, attribute_pair = 5
+        attribute_real = 4, attribute_pair = 5, attribute_list = 6
 
     type, public :: attribute_t
         character(:), allocatable :: name
@@ -24,7 +25,20 @@ module gb_tree
     end type attribute_t
 
     !> Kinds of nodes. A link is another name for the node `target`.
-    integer, parameter, public :: node_group = 1, node_array = 2, node_text = 3, node_link = 4
+    integer, parameter, public :: node_group = 1, node_array = 2, node_text = 3, node_link = 4, &
+        node_texts = 5
+
+    !> An object that lies in the file already, with all that is below it, and is only linked to.
+    type, public :: kept_t
+        character(:), allocatable :: name
+        integer(i8) :: address = 0
+    end type kept_t
+
+    !> A row of an array of texts that is not empty.
+    type, public :: line_t
+        integer(i8) :: row = 0                      !! from 1
+        character(:), allocatable :: text
+    end type line_t
 
     type, public :: node_t
         character(:), allocatable :: name
@@ -41,6 +55,11 @@ module gb_tree
         integer(i8) :: piece_rows = 1               !! rows of a piece, where there is more than one
         integer :: n_pieces = 0
         integer(i8), allocatable :: pieces(:)       !! addresses of the pieces in the file
+        integer(i8) :: checksum = 0                 !! CRC-32 of the numbers in the file
+        integer :: n_lines = 0
+        type(line_t), allocatable :: lines(:)       !! of an array of texts
+        integer :: n_kept = 0
+        type(kept_t), allocatable :: kept(:)        !! members of a group besides the nodes
     end type node_t
 
     !> Nodes in the order of their making; a parent stands before its members.
@@ -49,7 +68,10 @@ module gb_tree
         type(node_t), allocatable :: nodes(:)
     contains
         procedure :: add_node
+        procedure :: drop_nodes
         procedure :: add_piece
+        procedure :: add_line
+        procedure :: add_kept
         procedure :: set_attribute
         procedure :: row_bytes
         procedure :: path
@@ -99,12 +121,29 @@ contains
         to%rows = from%rows
         to%piece_rows = from%piece_rows
         to%n_pieces = from%n_pieces
+        to%checksum = from%checksum
+        to%n_lines = from%n_lines
+        to%n_kept = from%n_kept
         call move_alloc(from%name, to%name)
         call move_alloc(from%attributes, to%attributes)
         call move_alloc(from%text, to%text)
         call move_alloc(from%row_shape, to%row_shape)
         call move_alloc(from%pieces, to%pieces)
+        call move_alloc(from%lines, to%lines)
+        call move_alloc(from%kept, to%kept)
     end subroutine move_node
+
+    !> Forget all nodes from number `first` on.
+    pure subroutine drop_nodes(self, first)
+        class(tree_t), intent(inout) :: self
+        integer, intent(in) :: first
+        integer :: i
+
+        do i = first, self%n
+            self%nodes(i) = node_t()
+        end do
+        self%n = min(self%n, first - 1)
+    end subroutine drop_nodes
 
     !> Another piece of an array lies at `address`.
     pure subroutine add_piece(self, node, address)
@@ -124,6 +163,57 @@ contains
             array%pieces(array%n_pieces) = address
         end associate
     end subroutine add_piece
+
+    !> An array of texts has one more row.
+    pure subroutine add_line(self, node, text)
+        class(tree_t), intent(inout) :: self
+        integer, intent(in) :: node
+        character(*), intent(in) :: text
+        type(line_t), allocatable :: grown(:)
+        integer :: i
+
+        associate (array => self%nodes(node))
+            array%rows = array%rows + 1
+            if (len(text) == 0) return
+            if (.not. allocated(array%lines)) allocate (array%lines(1))
+            if (array%n_lines == size(array%lines)) then
+                allocate (grown(2*array%n_lines))
+                do i = 1, array%n_lines
+                    grown(i)%row = array%lines(i)%row
+                    call move_alloc(array%lines(i)%text, grown(i)%text)
+                end do
+                call move_alloc(grown, array%lines)
+            end if
+            array%n_lines = array%n_lines + 1
+            array%lines(array%n_lines)%row = array%rows
+            array%lines(array%n_lines)%text = text
+        end associate
+    end subroutine add_line
+
+    !> A group has one more member, which lies in the file.
+    pure subroutine add_kept(self, group, name, address)
+        class(tree_t), intent(inout) :: self
+        integer, intent(in) :: group
+        character(*), intent(in) :: name
+        integer(i8), intent(in) :: address
+        type(kept_t), allocatable :: grown(:)
+        integer :: i
+
+        associate (owner => self%nodes(group))
+            if (.not. allocated(owner%kept)) allocate (owner%kept(1))
+            if (owner%n_kept == size(owner%kept)) then
+                allocate (grown(2*owner%n_kept))
+                do i = 1, owner%n_kept
+                    grown(i)%address = owner%kept(i)%address
+                    call move_alloc(owner%kept(i)%name, grown(i)%name)
+                end do
+                call move_alloc(grown, owner%kept)
+            end if
+            owner%n_kept = owner%n_kept + 1
+            owner%kept(owner%n_kept)%name = name
+            owner%kept(owner%n_kept)%address = address
+        end associate
+    end subroutine add_kept
 
     !> Give a node an attribute, or the attribute another value.
     pure subroutine set_attribute(self, node, attribute)

@@ -123,10 +123,10 @@ contains
             call choose_and_solve(problem, options, log, error)
             return
         end if
-        call check_study(problem, options, error)
+        call check_study(problem, error)
         if (.not. allocated(error)) call choose_threads(options, threads, error)
         if (.not. allocated(error)) call check_memory(problem, error)
-        if (.not. allocated(error)) call run_sweep(problem, recipe, share, threads, options%log_level, error)
+        if (.not. allocated(error)) call run_sweep(problem, recipe, options, share, threads, error)
     end subroutine run_deck
 
     !> A deck may come from somebody else: where it has files written outside this folder, that is told.
@@ -165,23 +165,13 @@ contains
     end subroutine choose_and_solve
 
     !> What a study of many members does not have.
-    subroutine check_study(problem, options, error)
+    subroutine check_study(problem, error)
         type(problem_t), intent(in) :: problem
-        type(options_t), intent(in) :: options
         type(error_t), allocatable, intent(out) :: error
 
-        if (len(options%restart) > 0) then
-            call raise(error, status_input, &
-                'a deck with SWEEP has no checkpoints: run it again with --shard, and ' &
-                       // 'members that its file has are not run again')
-        else if (options%max_seconds > 0.0_wp) then
-            call raise(error, status_input, &
-                '--max-time is for decks without SWEEP: a signal (SIGUSR1) stops a study')
-        else if (problem%output%strain .or. problem%output%stress) then
-            call raise(error, status_input, &
-                'OUTPUT fields= strain and stress are not kept for members of a SWEEP: ' &
-                       // 'run the members that matter one by one with --set')
-        end if
+        if (problem%output%strain .or. problem%output%stress) call raise(error, status_input, &
+            'OUTPUT fields= strain and stress are not kept for members of a SWEEP: ' &
+            // 'run the members that matter one by one with --set')
     end subroutine check_study
 
     !> A model that is too large for the machine is told before it takes all there is.

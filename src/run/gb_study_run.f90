@@ -2,17 +2,21 @@
 !> they tell to the results file and counts them in the log.
 module gb_study_run
     use gb_kinds, only: wp, i8
+    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, read_checkpoint, write_checkpoint
+    use gb_command_line, only: options_t
+    use gb_files, only: is_file, check_seal
     use gb_lanes, only: lanes
     use gb_deck, only: recipe_t, read_member, diagnostics_t
     use gb_choose_points, only: choose_points
     use gb_error, only: error_t, raise, status_solution, status_file, status_interrupted
     use gb_log, only: log_t
     use gb_member, only: member_t, member_complete, member_failed, member_waiting
+    use gb_resume, only: find_source
     use gb_names, only: max_name
     use gb_problem, only: problem_t, task_static, task_modal
     use gb_share, only: share_t, study_end
     use gb_study, only: member_source_t, member_sink_t, run_study
-    use gb_signals, only: watch_signals, has_caught_signal
+    use gb_signals, only: watch_signals, stop_after, has_caught_signal, caught_signal
     use gb_sweep, only: sweep_t
     use gb_sweep_file, only: sweep_file_t
     use gb_text, only: to_text, newline
@@ -31,9 +35,11 @@ module gb_study_run
     type, extends(member_sink_t) :: study_monitor_t
         type(sweep_file_t) :: file
         type(log_t) :: log
-        integer :: earlier = 0                      !! members that an earlier run of this shard has finished
+        type(origin_t) :: origin
+        character(:), allocatable :: ticket         !! path of the study's checkpoint
+        integer :: earlier = 0                      !! members that an earlier run has finished
         integer :: wanted = 0                       !! members of this run
-        integer :: taken = 0, failed = 0            !! of them
+        integer :: taken = 0                        !! of them
         character(:), allocatable :: first_failure
         integer(i8) :: start = 0, last_line = 0     !! clock counts
         integer :: next_line = 0                    !! members at which the log gets its next line
@@ -50,31 +56,40 @@ module gb_study_run
     integer, parameter :: largest_batch = 8
     !> What may wait for the results file [bytes].
     real(wp), parameter :: memory = 64.0e6_wp
+    !> Time that --max-time leaves for closing the results file [s], at most this part of the whole.
+    real(wp), parameter :: reserve_seconds = 2.0_wp, reserve_part = 0.1_wp
 
     public :: run_sweep
 
 contains
 
-    !> Run the share of the study that the options ask for. A file of the same shard is gone on with.
-    subroutine run_sweep(problem, recipe, share, threads, log_level, error)
+    !> Run the share of the study that the options ask for: what --restart has not, or the file of the same
+    !> shard.
+    subroutine run_sweep(problem, recipe, options, share, threads, error)
         type(problem_t), intent(in) :: problem
         type(recipe_t), intent(in) :: recipe
+        type(options_t), intent(in) :: options
         type(share_t), intent(in) :: share
-        integer, intent(in) :: threads, log_level
+        integer, intent(in) :: threads
         type(error_t), allocatable, intent(out) :: error
         type(deck_members_t) :: source
         type(study_monitor_t) :: monitor
         integer, allocatable :: numbers(:)
-        integer :: members_a_batch, batches_ahead
+        integer :: members_a_batch, batches_ahead, i
         real(wp) :: cpu_start
 
         call use_one_blas_thread()
         call system_clock(monitor%start)
         call cpu_time(cpu_start)
-        monitor%log%level = log_level
-        call open_file(monitor, problem, share, numbers, error)
+        monitor%log%level = options%log_level
+        monitor%origin = origin_of(problem)
+        call open_file(monitor, problem, options%restart, share, error)
         if (allocated(error)) return
+        monitor%earlier = monitor%file%finished
+        numbers = [(share%number(i), i=monitor%earlier + 1, share%n())]
+        call write_tickets(monitor, problem)
         call watch_signals()
+        if (options%max_seconds > 0.0_wp) call stop_in_time(monitor, options%max_seconds)
         source%recipe = recipe
         source%sweep = problem%sweep
         source%names = problem%sweep%names()
@@ -89,37 +104,102 @@ contains
         call finish(monitor, cpu_start, error)
     end subroutine run_sweep
 
-    !> The share's results file, and the numbers of the members that are still to be run.
-    subroutine open_file(monitor, problem, share, numbers, error)
+    !> The share's results file: that of an earlier run, which --restart names or whose shard this is, or a
+    !> new one.
+    subroutine open_file(monitor, problem, restart, share, error)
         type(study_monitor_t), intent(inout) :: monitor
         type(problem_t), intent(in) :: problem
+        character(*), intent(in) :: restart         !! a checkpoint or results file, or empty
         type(share_t), intent(in) :: share
-        integer, allocatable, intent(out) :: numbers(:)
         type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable :: path
-        integer, allocatable :: outcomes(:)
-        logical :: found
-        integer :: i
+        character(:), allocatable :: path, source
+        logical :: has_begun, is_damaged
 
         path = problem%output%file // '.h5'
-        found = .false.
-        if (share%shards > 1) then
-            path = problem%output%file // '.shard-' // to_text(share%shard) // '-of-' &
-                // to_text(share%shards) // '.h5'
-            call monitor%file%reopen(path, problem, share, found, error)
-            if (allocated(error)) return
+        if (share%shards > 1) path = problem%output%file // '.shard-' // to_text(share%shard) // '-of-' &
+            // to_text(share%shards) // '.h5'
+        if (len(restart) > 0) then
+            call find_results(monitor, path, restart, source, error)
+            if (.not. allocated(error)) call monitor%file%resume(path, source, problem, monitor%origin, &
+                share, is_damaged, error)
+            return
         end if
-        if (found) then
-            call monitor%file%read_outcomes(outcomes, error)
-        else
-            call monitor%file%create(path, problem, share, error)
-            allocate (outcomes(share%n()), source=member_waiting)
+        has_begun = .false.
+        if (share%shards > 1) has_begun = is_file(path)
+        if (has_begun) then
+            call monitor%file%resume(path, path, problem, monitor%origin, share, is_damaged, error)
+            if (.not. (allocated(error) .and. is_damaged)) return
+            call monitor%log%line('  ' // error%message // '; it is begun anew')
+            deallocate (error)
         end if
-        if (allocated(error)) return
-        numbers = pack([(share%number(i), i=1, share%n())], outcomes == member_waiting)
-        monitor%earlier = share%n() - size(numbers)
-        monitor%failed = count(outcomes == member_failed)
+        call monitor%file%create(path, problem, share, error)
     end subroutine open_file
+
+    !> The results file that --restart leads to: by a checkpoint, or itself.
+    subroutine find_results(monitor, path, restart, source, error)
+        type(study_monitor_t), intent(in) :: monitor
+        character(*), intent(in) :: path, restart
+        character(:), allocatable, intent(out) :: source
+        type(error_t), allocatable, intent(out) :: error
+        type(checkpoint_t) :: checkpoint
+        character(:), allocatable :: reason
+        logical :: is_checkpoint
+
+        source = restart
+        call check_seal(restart, is_checkpoint, reason)
+        if (len(reason) > 0) then
+            call raise(error, status_file, 'cannot restart from ' // restart // ': ' // reason)
+        else if (is_checkpoint) then
+            call read_checkpoint(restart, monitor%origin, checkpoint, error)
+            if (.not. allocated(error)) call find_source(path, restart, monitor%origin, checkpoint, source, &
+                error)
+        end if
+    end subroutine find_results
+
+    !> A checkpoint of a study only leads to its results file, which has all that is finished: it is written
+    !> once, where the deck asks for checkpoints. One that cannot be written is warned of.
+    subroutine write_tickets(monitor, problem)
+        type(study_monitor_t), intent(inout) :: monitor
+        type(problem_t), intent(in) :: problem
+        type(error_t), allocatable :: trouble
+        integer :: i
+
+        do i = 1, size(problem%tasks)
+            associate (safeguard => problem%tasks(i)%safeguard)
+                if (safeguard%every <= 0 .and. safeguard%seconds <= 0.0_wp) cycle
+                if (allocated(safeguard%file)) monitor%ticket = safeguard%file
+            end associate
+            call write_ticket(monitor, trouble)
+            if (allocated(trouble)) call monitor%log%line('  warning: ' // trouble%message)
+            return
+        end do
+    end subroutine write_tickets
+
+    subroutine write_ticket(monitor, error)
+        type(study_monitor_t), intent(inout) :: monitor
+        type(error_t), allocatable, intent(out) :: error
+        type(checkpoint_t) :: checkpoint
+
+        associate (path => monitor%file%path)
+            if (.not. allocated(monitor%ticket)) monitor%ticket = path(:len(path) - len('.h5')) // '.chk.h5'
+            checkpoint%created = monitor%file%created
+            checkpoint%results = path
+            checkpoint%command = 'sweep'
+            checkpoint%step = monitor%file%finished
+        end associate
+        call write_checkpoint(monitor%ticket, monitor%origin, checkpoint, error)
+    end subroutine write_ticket
+
+    !> --max-time: the signal comes so early that what is finished can still be written.
+    subroutine stop_in_time(monitor, max_seconds)
+        type(study_monitor_t), intent(in) :: monitor
+        real(wp), intent(in) :: max_seconds
+        integer(i8) :: now, rate
+
+        call system_clock(now, rate)
+        call stop_after(max_seconds - min(reserve_seconds, reserve_part*max_seconds) &
+            - real(now - monitor%start, wp)/real(rate, wp))
+    end subroutine stop_in_time
 
     subroutine print_head(monitor, problem, share, threads)
         type(study_monitor_t), intent(inout) :: monitor
@@ -252,11 +332,10 @@ contains
         if (allocated(error)) return
         self%taken = self%taken + 1
         if (member%outcome /= member_complete) then
-            self%failed = self%failed + 1
             if (.not. allocated(self%first_failure)) self%first_failure = 'member ' // &
                 to_text(member%number) &
                 // ': ' // member%message
-            if (self%failed <= shown_failures) then
+            if (self%file%failed <= shown_failures) then
                 call self%log%line('  member ' // to_text(member%number) // ' failed: ' // member%message)
             else
                 call self%log%detail('  member ' // to_text(member%number) // ' failed: ' // member%message)
@@ -280,7 +359,7 @@ contains
         real(wp) :: pace
 
         pace = real(self%taken, wp)/max(seconds, 1.0e-6_wp)
-        text = padded(to_text(self%earlier + self%taken), 12) // padded(to_text(self%failed), 12) &
+        text = padded(to_text(self%earlier + self%taken), 12) // padded(to_text(self%file%failed), 12) &
             // padded(to_text(pace, 3), 12) // padded(duration(real(self%wanted - self%taken, wp)/pace), 12)
     end function progress_line
 
@@ -321,24 +400,22 @@ contains
         character(:), allocatable :: counts, status
         integer(i8) :: now, rate
         real(wp) :: seconds, cpu_end
-        integer :: finished
 
         call system_clock(now, rate)
         call cpu_time(cpu_end)
         seconds = real(now - monitor%start, wp)/real(rate, wp)
-        finished = monitor%earlier + monitor%taken
         associate (members => monitor%file%share%n())
-            call study_end(members, monitor%failed, members - finished, status, counts)
+            call study_end(members, monitor%file%failed, members - monitor%file%finished, status, counts)
         end associate
         call monitor%file%close(status, counts, seconds, cpu_end - cpu_start, error)
+        if (status == 'interrupted' .and. .not. allocated(error)) call write_ticket(monitor, error)
         if (allocated(error)) return
         call monitor%log%line('')
         call monitor%log%line(trim(merge('stopped after', 'done in      ', status == 'interrupted')) // ' ' &
             // to_text(seconds, 3) // ' s (' // to_text(cpu_end - cpu_start, 3) // ' s CPU): ' // counts)
         if (status == 'interrupted') then
-            call raise(error, status_interrupted, 'stopped by a signal with ' // counts &
-                // '; the results file ' &
-                // 'has what is finished')
+            call raise(error, status_interrupted, 'stopped by ' // caught_signal() // ' with ' // counts &
+                // '; to go on: gentbeam --restart ' // monitor%ticket // ' DECK')
         else if (status == 'failed') then
             if (.not. allocated(monitor%first_failure)) monitor%first_failure = 'see /sweep/message'
             call raise(error, status_solution, 'all members failed; ' // monitor%first_failure)

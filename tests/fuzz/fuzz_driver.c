@@ -38,6 +38,7 @@ enum {
     seconds_a_run = 20,
     megabytes = 6000,
     most_found = 20,
+    runs_a_report = 50000,
 };
 
 typedef struct {
@@ -138,6 +139,10 @@ static bool is_news(void)
     bool news = false;
 
     for (size_t i = 0; i < map_size; i++) {
+        if (i % sizeof(uint64_t) == 0 && memcmp(met + i, &(uint64_t){0}, sizeof(uint64_t)) == 0) {
+            i += sizeof(uint64_t) - 1; /* most pairs are not met */
+            continue;
+        }
         if (met[i] == 0)
             continue;
         uint8_t class = power_class(met[i]);
@@ -473,6 +478,8 @@ static void child(size_t *seed, size_t n_seeds, uint64_t runs, const char *new_f
             if (new_folder)
                 write_input(new_folder, "new", shared->kept_runs, shared->bytes, shared->count);
         }
+        if (shared->kept_runs % runs_a_report == 0)
+            fprintf(stderr, "%" PRIu64 " of %" PRIu64 " decks, %zu kept\n", shared->kept_runs, runs, shared->n_kept);
         if (shared->kept_runs % 1024 == 0 && getrusage(RUSAGE_SELF, &usage) == 0 && usage.ru_maxrss / 1024 > megabytes) {
             fprintf(stderr, "more than %d MB of memory\n", megabytes);
             abort();

@@ -175,7 +175,7 @@ def test_a_run_that_is_stopped_says_so(gentbeam):
     out, err = run.communicate()
     assert run.returncode == 4
     assert out.rstrip().endswith("0 of 3 members complete, 0 failed, 3 missing")
-    assert err.startswith("gentbeam: stopped by a signal with 0 of 3 members complete")
+    assert err.startswith("gentbeam: stopped by SIGINT with 0 of 3 members complete")
     with gentbeam.results("study") as file:
         assert file.attrs["status"] == "interrupted" and not file["sweep/status"][:].any()
 
