@@ -39,13 +39,17 @@ contains
         real(wp), intent(in) :: d(nodes)                !! dN_I/dX1 [1/L]
         real(wp), intent(in) :: u(n_fields, nodes)      !! the five fields at the nodes
         real(wp) :: g(n_strains)
+        real(wp) :: slopes(n_fields), values(n_fields)
         integer :: i
 
-        g = 0.0_wp
+        slopes = 0.0_wp
+        values = 0.0_wp
         do i = 1, nodes
-            g(1:5) = g(1:5) + d(i)*u(:, i)
-            g(6:8) = g(6:8) + n(i)*u(3:5, i)
+            slopes = slopes + d(i)*u(:, i)
+            values = values + n(i)*u(:, i)
         end do
+        g(1:5) = slopes
+        g(6:8) = values(3:5)
     end function element_strains
 
     !> Strain energy of an element [F L].
@@ -163,21 +167,28 @@ contains
         end do
     end subroutine add_force
 
-    !> k_IJ <- k_IJ + B_I' t B_J. B_J only scales and adds columns of t: no matrix product is needed.
+    !> k_IJ <- k_IJ + B_I' t B_J. B only scales and adds columns and rows of t: no matrix product is needed.
+    !> Rows of t are put five by five, slopes and values of all fields, since short vectors of one length are
+    !> what the compiler and the processor handle best.
     pure subroutine add_stiffness(nodes, n, d, t, k)
         integer, intent(in) :: nodes
         real(wp), intent(in) :: n(nodes), d(nodes), t(n_strains, n_strains)
         real(wp), intent(inout) :: k(n_fields, nodes, n_fields, nodes)
-        real(wp) :: column(n_strains)
+        real(wp) :: by_value(n_fields, n_strains), slopes(n_fields), values(n_fields)
         integer :: i, j, m
 
+        by_value(1:2, :) = 0.0_wp
+        by_value(3:5, :) = t(6:8, :)
         do j = 1, nodes
             do m = 1, n_fields
-                column = d(j)*t(:, m)
-                if (m > 2) column = column + n(j)*t(:, m + 3)
+                slopes = d(j)*t(1:5, m)
+                values = d(j)*by_value(:, m)
+                if (m > 2) then
+                    slopes = slopes + n(j)*t(1:5, m + 3)
+                    values = values + n(j)*by_value(:, m + 3)
+                end if
                 do i = 1, nodes
-                    k(:, i, m, j) = k(:, i, m, j) + d(i)*column(1:5)
-                    k(3:5, i, m, j) = k(3:5, i, m, j) + n(i)*column(6:8)
+                    k(:, i, m, j) = k(:, i, m, j) + d(i)*slopes + n(i)*values
                 end do
             end do
         end do
