@@ -223,7 +223,8 @@ contains
         integer :: i
 
         do i = n, 1, -1
-            x(i) = factors(at_y, i) - dot_product(factors(:n_ends, i), x_ends) &
+            x(i) = factors(at_y, i) - dot_product(factors(:n_fields, i), x_ends(:n_fields)) &
+                - dot_product(factors(n_fields + 1:n_ends, i), x_ends(n_fields + 1:)) &
                 - dot_product(factors(at_ld + i + 1:at_ld + n, i), x(i + 1:))
             x(i) = factors(at_ld + i, i)*x(i)
         end do
