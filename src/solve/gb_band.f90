@@ -186,7 +186,7 @@ contains
         integer :: i, j, middle
 
         middle = 2*self%kd + 1
-        self%lu = 0.0_wp
+        call set_zero(size(self%lu), self%lu)
         do j = 1, self%n
             do i = max(1, j + lbound(self%a, 1)), min(self%n, j + self%kd)
                 self%lu(middle + i - j, j) = self%a(i - j, j)
