@@ -39,13 +39,17 @@ contains
         real(wp), intent(in) :: d(nodes)                !! dN_I/dX1 [1/L]
         real(wp), intent(in) :: u(n_fields, nodes)      !! the five fields at the nodes
         real(wp) :: g(n_strains)
+        real(wp) :: slopes(n_fields), values(n_fields)
         integer :: i
 
-        g = 0.0_wp
+        slopes = 0.0_wp
+        values = 0.0_wp
         do i = 1, nodes
-            g(1:5) = g(1:5) + d(i)*u(:, i)
-            g(6:8) = g(6:8) + n(i)*u(3:5, i)
+            slopes = slopes + d(i)*u(:, i)
+            values = values + n(i)*u(:, i)
         end do
+        g(1:5) = slopes
+        g(6:8) = values(3:5)
     end function element_strains
 
     !> Strain energy of an element [F L].
@@ -111,7 +115,6 @@ contains
         integer :: i
 
         f = 0.0_wp
-        k = 0.0_wp
         do i = 1, points
             g = element_strains(nodes, n(:, i), d(:, i), u)
             if (section%rule == rule_gauss) then
@@ -121,7 +124,7 @@ contains
             end if
             if (.not. admissible) return
             call add_force(nodes, n(:, i), d(:, i), w(i)*s, f)
-            call add_stiffness(nodes, n(:, i), d(:, i), w(i)*t, k)
+            call add_stiffness(nodes, n(:, i), d(:, i), w(i), t, i == 1, k)
         end do
     end subroutine element_tangent
 
@@ -139,14 +142,13 @@ contains
         integer :: i
 
         f = 0.0_wp
-        k = 0.0_wp
         do i = 1, points
             g0 = element_strains(nodes, n(:, i), d(:, i), u0)
             g = element_strains(nodes, n(:, i), d(:, i), u)
             call average_tangent(section%nz, section%z, section%wz, section%p, g0, g, s, t, admissible)
             if (.not. admissible) return
             call add_force(nodes, n(:, i), d(:, i), w(i)*s, f)
-            call add_stiffness(nodes, n(:, i), d(:, i), w(i)*t, k)
+            call add_stiffness(nodes, n(:, i), d(:, i), w(i), t, i == 1, k)
         end do
     end subroutine element_average_tangent
 
@@ -163,21 +165,33 @@ contains
         end do
     end subroutine add_force
 
-    !> k_IJ <- k_IJ + B_I' t B_J. B_J only scales and adds columns of t: no matrix product is needed.
-    pure subroutine add_stiffness(nodes, n, d, t, k)
+    !> k_IJ <- k_IJ + w B_I' t B_J. B only scales and adds columns and rows of t: no matrix product is needed.
+    !> Rows of t are put five by five, slopes and values of all fields, since short vectors of one length are
+    !> what the compiler and the processor handle best.
+    pure subroutine add_stiffness(nodes, n, d, w, t, is_first, k)
         integer, intent(in) :: nodes
-        real(wp), intent(in) :: n(nodes), d(nodes), t(n_strains, n_strains)
+        real(wp), intent(in) :: n(nodes), d(nodes), w, t(n_strains, n_strains)
+        logical, intent(in) :: is_first                     !! k is nothing yet
         real(wp), intent(inout) :: k(n_fields, nodes, n_fields, nodes)
-        real(wp) :: column(n_strains)
+        real(wp) :: by_value(n_fields, n_strains), slopes(n_fields), values(n_fields)
         integer :: i, j, m
 
+        by_value(1:2, :) = 0.0_wp
+        by_value(3:5, :) = t(6:8, :)
         do j = 1, nodes
             do m = 1, n_fields
-                column = d(j)*t(:, m)
-                if (m > 2) column = column + n(j)*t(:, m + 3)
+                slopes = (w*d(j))*t(1:5, m)
+                values = (w*d(j))*by_value(:, m)
+                if (m > 2) then
+                    slopes = slopes + (w*n(j))*t(1:5, m + 3)
+                    values = values + (w*n(j))*by_value(:, m + 3)
+                end if
                 do i = 1, nodes
-                    k(:, i, m, j) = k(:, i, m, j) + d(i)*column(1:5)
-                    k(3:5, i, m, j) = k(3:5, i, m, j) + n(i)*column(6:8)
+                    if (is_first) then
+                        k(:, i, m, j) = d(i)*slopes + n(i)*values
+                    else
+                        k(:, i, m, j) = k(:, i, m, j) + d(i)*slopes + n(i)*values
+                    end if
                 end do
             end do
         end do

@@ -85,30 +85,50 @@ contains
         real(wp), intent(out) :: s(n_strains), t(n_strains, n_strains)
         logical, intent(out) :: admissible
         real(wp) :: i1_minus_2, j, phi_1, psi_1, phi_2, psi_2, v(n_strains), w(n_strains)
+        real(wp) :: i1_moments(0:4), j_moments(0:3)     !! sums of wz phi' z^n and wz psi' z^n
         integer :: i, m, n
 
         s = 0.0_wp
         t = 0.0_wp
+        i1_moments = 0.0_wp
+        j_moments = 0.0_wp
         do i = 1, nz
             call gauss_invariants(z(i), g, i1_minus_2, j)
             admissible = is_admissible(i1_minus_2, j, p(4))
             if (.not. admissible) return
-            call gent_curvatures(p, i1_minus_2, j, phi_1, psi_1, phi_2, psi_2)
             call invariant_gradients(z(i), g, v, w)
+            call gent_curvatures(p, i1_minus_2, j, phi_1, psi_1, phi_2, psi_2)
+            call add_moments(4, z(i), wz(i)*phi_1, i1_moments)
+            call add_moments(3, z(i), wz(i)*psi_1, j_moments)
             s = s + (wz(i)*phi_1)*v + (wz(i)*psi_1)*w
             phi_2 = wz(i)*phi_2
             psi_2 = wz(i)*psi_2
             do n = 1, n_strains
-                t(1:n, n) = t(1:n, n) + (phi_2*v(n))*v(1:n) + (psi_2*w(n))*w(1:n)
+                t(:, n) = t(:, n) + (phi_2*v(n))*v + (psi_2*w(n))*w
             end do
-            call add_invariant_hessians(z(i), g, 2.0_wp*wz(i)*phi_1, wz(i)*psi_1, t)
         end do
+        call add_invariant_hessians(g, i1_moments, j_moments, t)
         do n = 1, n_strains - 1
             do m = n + 1, n_strains
                 t(m, n) = t(n, m)
             end do
         end do
     end subroutine gauss_tangent
+
+    !> moments(n) <- moments(n) + weight z^n.
+    pure subroutine add_moments(last, z, weight, moments)
+        integer, intent(in) :: last
+        real(wp), intent(in) :: z, weight
+        real(wp), intent(inout) :: moments(0:last)
+        real(wp) :: part
+        integer :: n
+
+        part = weight
+        do n = 0, last
+            moments(n) = moments(n) + part
+            part = part*z
+        end do
+    end subroutine add_moments
 
     !> v = dI1/dg and w = dJ/dg at height z.
     pure subroutine invariant_gradients(z, g, v, w)
@@ -146,63 +166,68 @@ contains
         w(8) = 2.0_wp*z*(a1*d3 - g(2)*d1 + zeta*b0) + q*z2*b0
     end subroutine invariant_gradients
 
-    !> t <- t + half_i1 (d2I1/dg2)/2 + by_j d2J/dg2 at height z, upper triangle.
-    pure subroutine add_invariant_hessians(z, g, half_i1, by_j, t)
-        real(wp), intent(in) :: z, g(n_strains), half_i1, by_j
+    !> t <- t + the sum of a d2I1/dg2 + b d2J/dg2 over the heights z, upper triangle. Both Hessians are
+    !> polynomials in z: the sums of a z^n and b z^n are all that is needed of the heights.
+    pure subroutine add_invariant_hessians(g, a, b, t)
+        real(wp), intent(in) :: g(n_strains)
+        real(wp), intent(in) :: a(0:4)          !! sums of a z^n
+        real(wp), intent(in) :: b(0:3)          !! sums of b z^n
         real(wp), intent(inout) :: t(n_strains, n_strains)
-        real(wp) :: z2, zeta, k, q, a1, a3, e1, e3, d1, d3, f11, f31, r, rq, rz2, rzz2, rkz2, jq, cross
+        real(wp) :: xi, xi_1, a1, a3, e1, e3, d1, d3
+        real(wp) :: r(0:4), r_zeta, r_zeta2, r_z2_zeta, r_q2, r_zq, r_f11, r_f31, b_q, b_q_zeta, b_z, cross
 
-        z2 = z**2
-        zeta = z + g(8)*z2
-        k = z2*g(5)
-        q = 1.0_wp + 2.0_wp*g(8)*z
+        xi = g(8)
+        xi_1 = g(5)
         a1 = 1.0_wp + g(1)
         a3 = g(2)
         e1 = g(3)
         e3 = g(4)
         d1 = g(6)
         d3 = 1.0_wp + g(7)
-        f11 = a1 + zeta*e1 + k*d1
-        f31 = a3 + zeta*e3 + k*d3
-        r = half_i1
-        rz2 = r*z2
-        rzz2 = rz2*zeta
-        rkz2 = rz2*k
-        rq = 4.0_wp*r*z*q
-        jq = by_j*q
-        cross = by_j*(2.0_wp*z*zeta + q*z2)
-        t(1, 1) = t(1, 1) + r
-        t(2, 2) = t(2, 2) + r
-        t(1, 3) = t(1, 3) + r*zeta
-        t(2, 4) = t(2, 4) + r*zeta
-        t(3, 3) = t(3, 3) + r*zeta**2
-        t(4, 4) = t(4, 4) + r*zeta**2
-        t(1, 5) = t(1, 5) + rz2*d1
-        t(2, 5) = t(2, 5) + rz2*d3
-        t(3, 5) = t(3, 5) + rzz2*d1
-        t(4, 5) = t(4, 5) + rzz2*d3
-        t(5, 5) = t(5, 5) + rz2*z2*(d1**2 + d3**2)
-        t(1, 6) = t(1, 6) + r*k
-        t(2, 6) = t(2, 6) - jq
-        t(3, 6) = t(3, 6) + r*k*zeta
-        t(4, 6) = t(4, 6) - jq*zeta
-        t(5, 6) = t(5, 6) + rkz2*d1 + rz2*f11
-        t(6, 6) = t(6, 6) + r*(k**2 + q**2)
-        t(1, 7) = t(1, 7) + jq
-        t(2, 7) = t(2, 7) + r*k
-        t(3, 7) = t(3, 7) + jq*zeta
-        t(4, 7) = t(4, 7) + r*k*zeta
-        t(5, 7) = t(5, 7) + rkz2*d3 + rz2*f31
-        t(7, 7) = t(7, 7) + r*(k**2 + q**2)
-        t(1, 8) = t(1, 8) + rz2*e1 + 2.0_wp*by_j*z*d3
-        t(2, 8) = t(2, 8) + rz2*e3 - 2.0_wp*by_j*z*d1
-        t(3, 8) = t(3, 8) + rzz2*e1 + rz2*f11 + cross*d3
-        t(4, 8) = t(4, 8) + rzz2*e3 + rz2*f31 - cross*d1
-        t(5, 8) = t(5, 8) + rz2*z2*(e1*d1 + e3*d3)
-        t(6, 8) = t(6, 8) + rkz2*e1 + rq*d1 - 2.0_wp*by_j*z*a3 - cross*e3
-        t(7, 8) = t(7, 8) + rkz2*e3 + rq*d3 + 2.0_wp*by_j*z*a1 + cross*e1
-        t(8, 8) = t(8, 8) + rz2*z2*(e1**2 + e3**2) + 4.0_wp*rz2*(d1**2 + d3**2) &
-                  + 4.0_wp*by_j*z*z2*(e1*d3 - e3*d1)
+        r = 2.0_wp*a
+        r_zeta = r(1) + xi*r(2)
+        r_zeta2 = r(2) + xi*(2.0_wp*r(3) + xi*r(4))
+        r_z2_zeta = r(3) + xi*r(4)
+        r_q2 = r(0) + 4.0_wp*xi*r_zeta
+        r_zq = 4.0_wp*(r(1) + 2.0_wp*xi*r(2))
+        r_f11 = a1*r(2) + e1*r_z2_zeta + xi_1*d1*r(4)
+        r_f31 = a3*r(2) + e3*r_z2_zeta + xi_1*d3*r(4)
+        b_q = b(0) + 2.0_wp*xi*b(1)
+        b_q_zeta = b(1) + xi*(3.0_wp*b(2) + 2.0_wp*xi*b(3))
+        b_z = 2.0_wp*b(1)
+        cross = 3.0_wp*b(2) + 4.0_wp*xi*b(3)
+        t(1, 1) = t(1, 1) + r(0)
+        t(2, 2) = t(2, 2) + r(0)
+        t(1, 3) = t(1, 3) + r_zeta
+        t(2, 4) = t(2, 4) + r_zeta
+        t(3, 3) = t(3, 3) + r_zeta2
+        t(4, 4) = t(4, 4) + r_zeta2
+        t(1, 5) = t(1, 5) + r(2)*d1
+        t(2, 5) = t(2, 5) + r(2)*d3
+        t(3, 5) = t(3, 5) + r_z2_zeta*d1
+        t(4, 5) = t(4, 5) + r_z2_zeta*d3
+        t(5, 5) = t(5, 5) + r(4)*(d1**2 + d3**2)
+        t(1, 6) = t(1, 6) + r(2)*xi_1
+        t(2, 6) = t(2, 6) - b_q
+        t(3, 6) = t(3, 6) + r_z2_zeta*xi_1
+        t(4, 6) = t(4, 6) - b_q_zeta
+        t(5, 6) = t(5, 6) + r(4)*xi_1*d1 + r_f11
+        t(6, 6) = t(6, 6) + r(4)*xi_1**2 + r_q2
+        t(1, 7) = t(1, 7) + b_q
+        t(2, 7) = t(2, 7) + r(2)*xi_1
+        t(3, 7) = t(3, 7) + b_q_zeta
+        t(4, 7) = t(4, 7) + r_z2_zeta*xi_1
+        t(5, 7) = t(5, 7) + r(4)*xi_1*d3 + r_f31
+        t(7, 7) = t(7, 7) + r(4)*xi_1**2 + r_q2
+        t(1, 8) = t(1, 8) + r(2)*e1 + b_z*d3
+        t(2, 8) = t(2, 8) + r(2)*e3 - b_z*d1
+        t(3, 8) = t(3, 8) + r_z2_zeta*e1 + r_f11 + cross*d3
+        t(4, 8) = t(4, 8) + r_z2_zeta*e3 + r_f31 - cross*d1
+        t(5, 8) = t(5, 8) + r(4)*(e1*d1 + e3*d3)
+        t(6, 8) = t(6, 8) + r(4)*xi_1*e1 + r_zq*d1 - b_z*a3 - cross*e3
+        t(7, 8) = t(7, 8) + r(4)*xi_1*e3 + r_zq*d3 + b_z*a1 + cross*e1
+        t(8, 8) = t(8, 8) + r(4)*(e1**2 + e3**2) + 4.0_wp*r(2)*(d1**2 + d3**2) &
+                  + 4.0_wp*b(3)*(e1*d3 - e3*d1)
     end subroutine add_invariant_hessians
 
 end module gb_section_gauss

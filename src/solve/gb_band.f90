@@ -39,6 +39,8 @@ module gb_band
         procedure :: weakest_pivot
     end type band_t
 
+    public :: set_zero
+
 contains
 
     pure subroutine set_up(self, n, kd, symmetric)
@@ -60,7 +62,7 @@ contains
     pure subroutine clear(self)
         class(band_t), intent(inout) :: self
 
-        self%a = 0.0_wp
+        call set_zero(size(self%a), self%a)
     end subroutine clear
 
     !> Add a dense block of consecutive rows and columns, the first of them first+1.
@@ -166,7 +168,7 @@ contains
         singular = 0
         if (self%symmetric) then
             if (.not. allocated(self%cholesky)) allocate (self%cholesky(0:self%kd, self%n))
-            self%cholesky = self%a
+            call copy(size(self%a), self%a, self%cholesky)
             call dpbtrf('L', self%n, self%kd, self%cholesky, self%kd + 1, info)
             self%is_cholesky = info == 0
             if (self%is_cholesky) return
@@ -184,7 +186,7 @@ contains
         integer :: i, j, middle
 
         middle = 2*self%kd + 1
-        self%lu = 0.0_wp
+        call set_zero(size(self%lu), self%lu)
         do j = 1, self%n
             do i = max(1, j + lbound(self%a, 1)), min(self%n, j + self%kd)
                 self%lu(middle + i - j, j) = self%a(i - j, j)
@@ -232,5 +234,22 @@ contains
             end if
         end do
     end subroutine weakest_pivot
+
+    !> a <- 0. Of an array in one dimension the compiler makes one call, of a band one for every column.
+    pure subroutine set_zero(n, a)
+        integer, intent(in) :: n
+        real(wp), intent(out) :: a(n)
+
+        a = 0.0_wp
+    end subroutine set_zero
+
+    !> to <- from, in one call too.
+    pure subroutine copy(n, from, to)
+        integer, intent(in) :: n
+        real(wp), intent(in) :: from(n)
+        real(wp), intent(out) :: to(n)
+
+        to = from
+    end subroutine copy
 
 end module gb_band

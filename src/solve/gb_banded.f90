@@ -1,8 +1,11 @@
-!> The linearised equation as a band matrix for LAPACK: every kind of element, scheme and tangent.
+!> The linearised equation as a band matrix for LAPACK: every kind of element, scheme and tangent. A symmetric
+!> matrix is condensed to the elements' end nodes first (gb_condensed); where an element's interior is not
+!> definite, or the rest singular, and where the matrix is unsymmetric, LAPACK gets the whole.
 module gb_banded
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
     use gb_band, only: band_t
+    use gb_condensed, only: condensed_t
     use gb_stage, only: stage_t
     use gb_system, only: system_t
     use gb_linearised, only: linearised_t
@@ -11,6 +14,8 @@ module gb_banded
 
     type, extends(linearised_t), public :: banded_t
         type(band_t) :: k                               !! tangent of the residual
+        logical :: is_condensed = .false.               !! whether condensation is tried
+        type(condensed_t) :: condensed
         real(wp), allocatable :: r(:)                   !! residual (n)
         real(wp), allocatable :: force(:), u_e(:), work(:)
     contains
@@ -30,6 +35,10 @@ contains
         logical, intent(in) :: symmetric                !! whether the tangent is
 
         call self%k%set_up(system%n, system%kd, symmetric)
+        associate (nodes => system%tables(system%table)%nodes)
+            self%is_condensed = symmetric .and. maxval(nodes) > 2
+            if (self%is_condensed) call self%condensed%set_up(system%first, nodes)
+        end associate
         allocate (self%r(system%n), self%force(system%n), self%u_e(system%n), self%work(system%n))
     end subroutine set_up
 
@@ -68,8 +77,13 @@ contains
         class(banded_t), intent(inout) :: self
         real(wp), intent(out), contiguous :: increment(:)
         integer, intent(out) :: singular
+        logical :: is_solved
 
         increment = -self%r
+        singular = 0
+        is_solved = .false.
+        if (self%is_condensed) call self%condensed%solve(self%k, increment, is_solved)
+        if (is_solved) return
         call self%k%factorise(singular)
         if (singular == 0) call self%k%solve(1, increment)
     end subroutine solve
@@ -106,9 +120,14 @@ contains
     integer function mechanism(self)
         class(banded_t), intent(in) :: self
         real(wp), parameter :: vanishing = 1.0e-13_wp
+        type(band_t) :: whole
         real(wp) :: ratio
+        integer :: singular
 
-        call self%k%weakest_pivot(mechanism, ratio)
+        ! Condensation mixes the pivots of all fields; only those of the whole tell which unknown it is.
+        whole = self%k
+        call whole%factorise(singular)
+        call whole%weakest_pivot(mechanism, ratio)
         if (ratio >= vanishing) mechanism = 0
     end function mechanism
 
