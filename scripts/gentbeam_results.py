@@ -15,6 +15,7 @@ import os
 import re
 import signal
 import sys
+import zlib
 from dataclasses import dataclass
 from typing import Optional
 
@@ -30,7 +31,7 @@ FIELDS = ("u1", "u3", "y1", "y3", "xi")
 # What h5py and numpy raise where a file does not hold what it should.
 DAMAGE = (OSError, RuntimeError, LookupError, ValueError, TypeError, ArithmeticError, MemoryError)
 
-# Bytes of an array that is looked through before it is used.
+# Bytes of an array up to which it is looked through before it is used.
 WHOLE = 100_000_000
 
 
@@ -51,32 +52,80 @@ def reads_file(method):
     return guarded
 
 
-def survives_reading(path):
-    """Whether HDF5 comes back from a walk through the file: damaged metadata can end the process that reads
-    them, so another one goes first."""
+def find_damage(path):
+    """What is wrong with the file, in some words, or nothing. Damaged metadata can end the process that reads
+    them, so another one goes first and looks at all there is."""
     if not hasattr(os, "fork"):
-        return True
+        return ""
+    reading, writing = os.pipe()
     process = os.fork()
     if process == 0:
+        os.close(reading)
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.alarm(10 + os.path.getsize(path) // 20_000_000)
         try:
             with h5py.File(path, "r", locking=False) as file:
-                look_at("/", file)
-                file.visititems(look_at)
+                os.write(writing, walk(file).encode()[:4096])
         except BaseException:  # whatever Python can tell is told by the reader itself
             pass
         os._exit(0)
-    return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) >= 0
+    os.close(writing)
+    with open(reading, encoding="utf-8", errors="replace") as pipe:
+        damage = pipe.read()
+    if os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) < 0:
+        return "reading it ends in a crash of HDF5, or never"
+    return damage
 
 
-def look_at(_, thing):
+def walk(file):
+    """What is wrong with a file that could be opened, or nothing."""
     try:
-        list(thing.attrs.items())
-        if isinstance(thing, h5py.Dataset):
-            thing[-1:] if thing.shape and thing.nbytes > WHOLE else thing[()]
+        return look_at("the file", file) or file.visititems(look_at) or ""
+    except DAMAGE as error:
+        return one_line(error)
+
+
+def look_at(name, thing):
+    """What is wrong with an object; nothing where all is well, or where it has no checksums."""
+    try:
+        texts = text_checksum(thing.attrs)
+        if thing.attrs.get("text_checksum", texts) != texts:
+            return f"the attributes of {name} are not what was written"
+        if not isinstance(thing, h5py.Dataset):
+            return None
+        if thing.shape and thing.nbytes > WHOLE:
+            thing[-1:]
+        elif "checksum" in thing.attrs and thing.attrs["checksum"] != checksum(thing[()]):
+            return f"{name} is not what was written"
     except DAMAGE:
-        pass
+        return f"{name} cannot be read"
+    return None
+
+
+def checksum(values):
+    """The CRC-32 that a results file has for a dataset: of its bytes, or of its text, or of all its texts, each
+    with a line's end behind it."""
+    if isinstance(values, (str, bytes)):
+        return zlib.crc32(as_bytes(values))
+    if values.dtype == object:
+        return zlib.crc32(b"".join(as_bytes(text) + b"\n" for text in values))
+    return zlib.crc32(np.ascontiguousarray(values).tobytes())
+
+
+def text_checksum(attributes):
+    """The CRC-32 of an object's attributes that are texts, or lists of texts: by name, each text with a line's
+    end behind it."""
+    found = 0
+    for name in sorted(attributes):
+        value = attributes[name]
+        if isinstance(value, str) or isinstance(value, np.ndarray) and value.dtype == object:
+            texts = [value] if isinstance(value, str) else value
+            found = zlib.crc32(b"".join(as_bytes(text) + b"\n" for text in texts), found)
+    return found
+
+
+def as_bytes(text):
+    return text.encode("utf-8", "surrogateescape") if isinstance(text, str) else text
 
 
 def text(value):
@@ -101,8 +150,9 @@ def open_results(path):
         raise ResultsError(f"{path}: no permission to read it")
     if not h5py.is_hdf5(path):
         raise ResultsError(f"{path}: not an HDF5 file")
-    if not survives_reading(path):
-        raise ResultsError(f"{path}: is damaged: reading it ends in a crash of HDF5, or never")
+    damage = find_damage(path)
+    if damage:
+        raise ResultsError(f"{path}: is damaged: {damage}")
     try:
         # The run may still be writing, and the file may lie on a disk that knows no locks.
         file = h5py.File(path, "r", locking=False)

@@ -12,7 +12,7 @@ module gb_archive
         attribute_text, attribute_ascii, attribute_integer, attribute_real, attribute_pair, attribute_list, &
         stored_real64, stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8, stored_bytes
     use gb_hdf5, only: start_hdf5, write_tree, write_kept_nodes, copy_kept_objects
-    use gb_hdf5_input, only: hid_t, get_rows, count_rows, get_checksum
+    use gb_hdf5_input, only: hid_t, get_rows, count_rows
     implicit none
     private
 
@@ -52,8 +52,6 @@ module gb_archive
         procedure :: append_text
         procedure :: row_counts
         procedure :: replay
-        procedure :: check_against
-        procedure, nopass :: check_rows
         procedure :: finish
         procedure :: keep
         procedure :: keep_copies
@@ -436,7 +434,7 @@ contains
     end function row_counts
 
     !> Take the rows of every series that still grows (of those in `group`, where that is given) over from an
-    !> older file, as many as `counts` says, or all of them. All its rows must be what was written there.
+    !> older file, as many as `counts` says, or all of them.
     subroutine replay(self, file, error, counts, group)
         class(archive_t), intent(inout) :: self
         integer(hid_t), intent(in) :: file
@@ -466,91 +464,35 @@ contains
         integer, intent(in), optional :: wanted
         character(:), allocatable :: path
         real(wp), allocatable :: records(:, :)
-        integer(i8) :: row, last, there, rows, checksum, claimed
+        integer(i8) :: row, last, rows
         integer :: k, node, a_row
 
         node = self%series(place)%node
         path = self%tree%path(node)
         a_row = self%tree%nodes(node)%records
-        associate (row_shape => self%tree%nodes(node)%row_shape, stored => self%tree%nodes(node)%stored)
-            there = count_rows(file, path, row_shape)/a_row
-            last = there
+        associate (row_shape => self%tree%nodes(node)%row_shape)
+            last = count_rows(file, path, row_shape)
+            if (last < 0) then
+                call raise(error, status_file, 'could not read ' // path)
+                return
+            end if
+            last = last/a_row
             if (present(wanted)) last = wanted
-            checksum = 0
             row = 0
-            do while (row < max(there, last))
-                rows = min(max(there, last) - row, int(self%series(place)%piece_rows, i8))
+            do while (row < last)
+                rows = min(last - row, int(self%series(place)%piece_rows, i8))
                 allocate (records(size(self%series(place)%buffer, 1)/a_row, rows*a_row))
                 call get_rows(file, path, row_shape, row*a_row, records, error)
                 if (allocated(error)) return
-                call add_rows(checksum, stored, records)
-                do k = 1, int(min(rows, last - row))
+                do k = 1, int(rows)
                     call self%append(node, [records(:, (k - 1)*a_row + 1:k*a_row)], error)
                     if (allocated(error)) return
                 end do
                 row = row + rows
                 deallocate (records)
             end do
-            if (there < 0) return
-            call get_checksum(file, path, claimed, error)
-            if (claimed /= checksum .and. .not. allocated(error)) call raise(error, status_file, &
-                'the numbers of ' // path // ' are damaged')
         end associate
     end subroutine replay_series
-
-    !> Whether rows that were read are those that were once written to this dataset: else an error.
-    subroutine check_rows(parent, name, stored, rows, error)
-        integer(hid_t), intent(in) :: parent
-        character(*), intent(in) :: name
-        integer, intent(in) :: stored
-        real(wp), intent(in), target, contiguous :: rows(:, :)
-        type(error_t), allocatable, intent(out) :: error
-        integer(i8) :: checksum, claimed
-
-        checksum = 0
-        call add_rows(checksum, stored, rows)
-        call get_checksum(parent, name, claimed, error)
-        if (claimed /= checksum .and. .not. allocated(error)) call raise(error, status_file, &
-            'the numbers of ' // name // ' are damaged')
-    end subroutine check_rows
-
-    !> Whether the datasets below a node, or the node itself, are those that an older file says it has: else
-    !> an error.
-    subroutine check_against(self, group, file, error)
-        class(archive_t), intent(in) :: self
-        integer, intent(in) :: group
-        integer(hid_t), intent(in) :: file
-        type(error_t), allocatable, intent(out) :: error
-        integer(i8) :: claimed
-        integer :: i
-
-        do i = group, self%tree%n
-            if (.not. self%tree%holds(group, i)) cycle
-            if (all(self%tree%nodes(i)%kind /= [node_array, node_text, node_texts])) cycle
-            call get_checksum(file, self%tree%path(i), claimed, error)
-            if (allocated(error)) return
-            if (claimed /= self%tree%nodes(i)%checksum) then
-                call raise(error, status_file, 'the numbers of ' // self%tree%path(i) // ' are damaged')
-                return
-            end if
-        end do
-    end subroutine check_against
-
-    !> Go on with the checksum of rows as they are stored.
-    subroutine add_rows(checksum, stored, rows)
-        integer(i8), intent(inout) :: checksum
-        integer, intent(in) :: stored
-        real(wp), intent(in), target, contiguous :: rows(:, :)
-        integer(c_int8_t), allocatable, target :: bytes(:, :)
-        integer(c_int32_t), allocatable, target :: words(:, :)
-        integer(c_int64_t), allocatable, target :: wide(:, :)
-        real(c_float), allocatable, target :: short(:, :)
-        type(c_ptr) :: from
-        integer :: width
-
-        call as_stored(stored, rows, bytes, words, wide, short, from, width)
-        call add_to_checksum(checksum, from, width*size(rows, kind=i8))
-    end subroutine add_rows
 
     !> Index of a growing series; they stand in the order of their nodes.
     pure integer function place_of(self, node) result(low)
@@ -610,26 +552,8 @@ contains
         integer(c_int64_t), allocatable, target :: wide(:, :)
         real(c_float), allocatable, target :: short(:, :)
         type(c_ptr) :: from
-        integer :: width
+        integer(i8) :: count
 
-        call as_stored(stored, rows, bytes, words, wide, short, from, width)
-        call store%write(address, from, width*size(rows, kind=i8), error)
-        call add_to_checksum(checksum, from, width*size(rows, kind=i8))
-    end subroutine write_rows
-
-    !> Rows in the bytes that go into the file: `from` is where they lie, in the one array that is needed, or
-    !> in `rows` itself; `width` bytes a number.
-    subroutine as_stored(stored, rows, bytes, words, wide, short, from, width)
-        integer, intent(in) :: stored
-        real(wp), intent(in), target, contiguous :: rows(:, :)
-        integer(c_int8_t), allocatable, target, intent(out) :: bytes(:, :)
-        integer(c_int32_t), allocatable, target, intent(out) :: words(:, :)
-        integer(c_int64_t), allocatable, target, intent(out) :: wide(:, :)
-        real(c_float), allocatable, target, intent(out) :: short(:, :)
-        type(c_ptr), intent(out) :: from
-        integer, intent(out) :: width
-
-        width = stored_bytes(stored)
         select case (stored)
         case (stored_real32)
             short = real(rows, c_float)
@@ -646,7 +570,10 @@ contains
         case default
             from = c_loc(rows)
         end select
-    end subroutine as_stored
+        count = stored_bytes(stored)*size(rows, kind=i8)
+        call store%write(address, from, count, error)
+        call add_to_checksum(checksum, from, count)
+    end subroutine write_rows
 
     !> The series below a group grow no more.
     subroutine finish(self, group, error)

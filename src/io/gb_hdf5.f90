@@ -13,13 +13,14 @@ module gb_hdf5
         h5p_dataset_xfer_f, h5p_group_create_f, h5p_crt_order_tracked_f, h5p_crt_order_indexed_f, &
         h5d_alloc_time_early_f, h5d_fill_time_never_f, h5ocopy_f, h5oopen_f, h5oclose_f, &
         h5sselect_elements_f, h5s_select_set_f
+    use gb_checksum, only: add_to_checksum
     use gb_kinds, only: i8
     use gb_error, only: error_t, raise, status_file
     use gb_store, only: store_t, object_address, link_object
     use gb_text, only: newline
-    use gb_tree, only: tree_t, node_t, attribute_t, node_group, node_array, node_text, node_texts, node_link, &
-        stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8, attribute_ascii, &
-        attribute_integer, attribute_real, attribute_pair, attribute_list, root
+    use gb_tree, only: tree_t, node_t, attribute_t, node_group, node_array, node_text, node_texts, &
+        node_link, stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8, attribute_text, &
+        attribute_ascii, attribute_integer, attribute_real, attribute_pair, attribute_list, root
     implicit none
     private
 
@@ -90,6 +91,7 @@ contains
         objects(root) = file
         call make_kit(kit, info)
         call write_attributes(file, tree%nodes(root), kit, info)
+        if (info >= 0) call write_checksums(file, tree%nodes(root), kit, info)
         if (info >= 0) call link_kept(file, tree%nodes(root), info)
         call write_nodes(tree, root + 1, store, kit, objects, info, error)
         call drop_kit(kit)
@@ -178,7 +180,7 @@ contains
                 end associate
             end select
             if (info >= 0) call write_attributes(objects(i), tree%nodes(i), kit, info)
-            if (info >= 0) call write_checksum(objects(i), tree%nodes(i), kit, info)
+            if (info >= 0) call write_checksums(objects(i), tree%nodes(i), kit, info)
             if (info < 0) call raise(error, status_file, 'cannot write the results file ' &
                 // store%path // ': HDF5 cannot describe ' // tree%nodes(i)%name)
         end do
@@ -386,21 +388,64 @@ contains
         call h5sclose_f(memory_space, ignored)
     end subroutine write_lines
 
-    !> What tells a damaged dataset: the CRC-32 of its bytes.
-    subroutine write_checksum(object, node, kit, info)
+    !> What tells damage that HDF5 itself does not: the CRC-32 of a dataset's bytes, and that of all
+    !> attributes that are texts (they lie in a heap that HDF5 does not protect).
+    subroutine write_checksums(object, node, kit, info)
         integer(hid_t), intent(in) :: object
         type(node_t), intent(in) :: node
+        type(kit_t), intent(in) :: kit
+        integer, intent(out) :: info
+        integer(i8) :: of_texts
+        integer :: last, i
+
+        info = 0
+        if (node%kind == node_link) return
+        if (node%kind /= node_group) call write_checksum(object, 'checksum', node%checksum, kit, info)
+        of_texts = 0
+        last = 0
+        do
+            i = next_text(node, last)
+            if (i == 0) exit
+            call add_to_checksum(of_texts, node%attributes(i)%text // newline)
+            last = i
+        end do
+        if (last > 0 .and. info >= 0) call write_checksum(object, 'text_checksum', of_texts, kit, info)
+    end subroutine write_checksums
+
+    !> The attribute that is a text, or a list of them, and follows another one by name (0: the first one); 0
+    !> where there is none.
+    pure integer function next_text(node, last) result(next)
+        type(node_t), intent(in) :: node
+        integer, intent(in) :: last
+        integer :: i
+
+        next = 0
+        do i = 1, node%n_attributes
+            if (all(node%attributes(i)%kind /= [attribute_text, attribute_list])) cycle
+            if (last > 0) then
+                if (.not. llt(node%attributes(last)%name, node%attributes(i)%name)) cycle
+            end if
+            if (next > 0) then
+                if (llt(node%attributes(next)%name, node%attributes(i)%name)) cycle
+            end if
+            next = i
+        end do
+    end function next_text
+
+    !> An attribute of 32 bits without a sign.
+    subroutine write_checksum(object, name, checksum, kit, info)
+        integer(hid_t), intent(in) :: object
+        character(*), intent(in) :: name
+        integer(i8), intent(in) :: checksum
         type(kit_t), intent(in) :: kit
         integer, intent(out) :: info
         integer(c_int32_t), target :: bits
         integer(hid_t) :: made
         integer :: ignored
 
-        info = 0
-        if (node%kind == node_group .or. node%kind == node_link) return
-        bits = int(ibits(node%checksum, 0, 31), c_int32_t)
-        if (btest(node%checksum, 31)) bits = ibset(bits, 31)
-        call h5acreate_f(object, 'checksum', h5t_std_u32le, kit%scalar, made, info)
+        bits = int(ibits(checksum, 0, 31), c_int32_t)
+        if (btest(checksum, 31)) bits = ibset(bits, 31)
+        call h5acreate_f(object, name, h5t_std_u32le, kit%scalar, made, info)
         if (info >= 0) call h5awrite_f(made, h5t_std_u32le, c_loc(bits), info)
         if (info >= 0) call h5aclose_f(made, ignored)
     end subroutine write_checksum

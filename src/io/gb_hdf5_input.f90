@@ -1,9 +1,10 @@
 !> Reading with HDF5 what this program has written: files, attributes, whole arrays, and rows of series.
 !> Whatever is not there, or is not of the kind asked for, is an error_t with exit status 3.
 module gb_hdf5_input
-    use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_loc, c_ptr, c_associated
-    use hdf5, only: hid_t, hsize_t, h5aget_space_f, h5gget_info_f, h5gopen_f, h5kind_to_type, &
-        h5_integer_kind, h5lget_name_by_idx_f, h5_index_crt_order_f, h5_iter_inc_f, h5t_string, &
+    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_loc, c_null_char, &
+        c_ptr, c_size_t
+    use hdf5, only: hid_t, hsize_t, h5aget_space_f, h5gget_info_f, h5gopen_f, &
+        h5lget_name_by_idx_f, h5_index_crt_order_f, h5_iter_inc_f, h5t_string, &
         h5t_cset_utf8_f, h5tcopy_f, h5tset_cset_f, h5sget_simple_extent_npoints_f, h5fopen_f, &
         h5f_acc_rdonly_f, h5aopen_f, h5aread_f, h5aclose_f, &
         h5aget_type_f, h5tget_class_f, h5tis_variable_str_f, h5tclose_f, h5t_string_f, &
@@ -13,11 +14,12 @@ module gb_hdf5_input
         h5lexists_f, h5fclose_f, h5sselect_hyperslab_f, h5s_select_set_f, h5screate_simple_f
     use gb_kinds, only: wp, i8
     use gb_error, only: error_t, raise, status_file
+    use gb_posix, only: to_fortran
     implicit none
     private
 
     public :: hid_t, open_file, close_file, open_group, has_link, link_names, get_attribute, get_text_list, &
-        get_dataset_attribute, get_deck, get_numbers, get_rows, get_table, get_texts, get_checksum, count_rows
+        get_dataset_attribute, get_deck, get_numbers, get_rows, get_table, get_texts, count_rows, verify
 
     integer, parameter, public :: max_link = 256    !! bytes of the name of a group's member
 
@@ -41,9 +43,16 @@ module gb_hdf5_input
             type(c_ptr), value, intent(in) :: address
         end subroutine c_free
 
+        function c_verify(file, name, size) bind(c, name="gb_verify") result(failed)
+            import :: c_char, c_int, c_int64_t, c_size_t
+            integer(c_int64_t), value, intent(in) :: file
+            character(kind=c_char), intent(inout) :: name(*)
+            integer(c_size_t), value, intent(in) :: size
+            integer(c_int) :: failed
+        end function c_verify
+
         pure function c_length(text) bind(c, name="strlen") result(length)
-            use, intrinsic :: iso_c_binding, only: c_size_t
-            import :: c_ptr
+            import :: c_ptr, c_size_t
             type(c_ptr), value, intent(in) :: text
             integer(c_size_t) :: length
         end function c_length
@@ -421,31 +430,16 @@ contains
         call check(info, 'read ' // name, error)
     end subroutine get_table
 
-    !> The checksum that a dataset says it has.
-    subroutine get_checksum(parent, name, checksum, error)
-        integer(hid_t), intent(in) :: parent
-        character(*), intent(in) :: name
-        integer(i8), intent(out) :: checksum
+    !> Whether all that is in a file is what was once written there: else an error.
+    subroutine verify(file, error)
+        integer(hid_t), intent(in) :: file
         type(error_t), allocatable, intent(out) :: error
-        integer(i8), target :: number
-        integer(hid_t) :: attribute, dataset
-        type(c_ptr) :: place
-        integer :: info, ignored
+        character(kind=c_char) :: name(max_link)
 
-        number = -1
-        call h5dopen_f(parent, name, dataset, info)
-        if (info >= 0) then
-            call open_attribute(dataset, 'checksum', h5t_integer_f, attribute, info)
-            if (info >= 0) then
-                place = c_loc(number)
-                call h5aread_f(attribute, h5kind_to_type(i8, h5_integer_kind), place, info)
-                call h5aclose_f(attribute, ignored)
-            end if
-            call h5dclose_f(dataset, ignored)
-        end if
-        checksum = number
-        call check(info, 'read the checksum of ' // name, error)
-    end subroutine get_checksum
+        name = c_null_char
+        if (c_verify(file, name, int(max_link, c_size_t)) == 0) return
+        call raise(error, status_file, to_fortran(name) // ' is not what was written')
+    end subroutine verify
 
     !> One text a row.
     subroutine get_texts(parent, name, texts, error)

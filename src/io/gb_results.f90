@@ -6,7 +6,7 @@ module gb_results
     use gb_files, only: begin_rehearsal, end_rehearsal, rehearsal_went_well, remove_file
     use gb_checkpoint, only: origin_t, checkpoint_t
     use gb_resume, only: find_source
-    use gb_hdf5_input, only: hid_t, open_file, close_file, get_numbers, get_rows
+    use gb_hdf5_input, only: hid_t, open_file, close_file, get_numbers, get_rows, verify
     use gb_results_header, only: write_header, write_units, write_mesh, now
     use gb_results_task, only: write_task_attributes, write_mode_shapes, n_energies, n_solver, &
         energy_names, energy_descriptions, solver_names, solver_descriptions, set_names, set_descriptions, &
@@ -173,8 +173,9 @@ contains
         if (.not. allocated(error)) call begin_file(self, problem, gauge, error)
         if (.not. allocated(error)) call open_file(source, file, error)
         if (allocated(error)) return
+        call verify(file, error)
         do i = 1, number
-            call add_task(self, problem%tasks(i), problem%probes, error)
+            if (.not. allocated(error)) call add_task(self, problem%tasks(i), problem%probes, error)
             if (allocated(error)) exit
             call take_over_task(self, problem%tasks(i), file, checkpoint%memory, inside .and. i == number, &
                 error)
@@ -205,7 +206,6 @@ contains
                 modes, error)
             if (.not. allocated(error)) call write_mode_shapes(self%archive, self%group, self%units, &
                 frequency, modes, error)
-            if (.not. allocated(error)) call self%archive%check_against(self%group, file, error)
         else if (inside) then
             call replay_rows(self, file, memory, inside, error)
         else

@@ -1,8 +1,9 @@
 !> The results file of a study (docs/results.md): a row for every member that has run, with its parameters,
 !> what became of it and a summary of its probes, and, where OUTPUT keeps fields, a group for each.
 !>
-!> Members come in the order of their numbers. What is visible in the file at any instant, also after a kill,
-!> is whole: so many members with all they have to tell.
+!> What is visible in the file at any instant, also after a kill, is whole: so many members with all they
+!> have to tell. They stand in the order of their numbers, but for those that a study lacked when it was
+!> stopped and has run later.
 module gb_sweep_file
     use gb_kinds, only: wp, i8
     use gb_archive, only: archive_t, root, stored_real64, stored_int32, stored_int8, step_seconds
@@ -12,7 +13,7 @@ module gb_sweep_file
     use gb_files, only: begin_rehearsal, end_rehearsal, rehearsal_went_well, remove_file
     use gb_hdf5, only: start_hdf5
     use gb_hdf5_input, only: hid_t, text_t, open_file, close_file, open_group, get_attribute, get_deck, &
-        get_rows, get_texts, count_rows
+        get_rows, get_texts, count_rows, verify
     use gb_member, only: member_t, member_complete, member_failed
     use gb_member_file, only: write_member, member_name
     use gb_mesh, only: mesh_t
@@ -29,6 +30,9 @@ module gb_sweep_file
         character(:), allocatable, public :: path
         character(:), allocatable, public :: created    !! when the study began, ISO 8601
         type(share_t), public :: share
+        logical, allocatable, public :: has_run(:)  !! which members of the share have run (n)
+        logical, public :: is_sorted = .true.       !! whether they stand in the order of their numbers
+        integer :: latest = 0                       !! number of the last one
         integer, public :: finished = 0             !! members that have run, also in earlier runs
         integer, public :: failed = 0               !! of them
         real(wp), public :: wall_before = 0.0_wp, cpu_before = 0.0_wp   !! seconds of earlier runs
@@ -55,6 +59,7 @@ module gb_sweep_file
     !> A restart that has not read its old results by then meets a loop in them [s].
     integer, parameter :: rehearsal_seconds = 3600
 
+    integer(i8), parameter :: scalar(0) = [integer(i8) ::]
     character(11), parameter, public :: summary_names(3) = [character(11) :: 'max', 'min', 'time_of_max']
 
 contains
@@ -85,6 +90,7 @@ contains
 
         self%path = path
         self%share = share
+        allocate (self%has_run(share%n()), source=.false.)
         self%mesh = problem%model%mesh
         call self%archive%open(path, error)
         if (allocated(error)) return
@@ -225,7 +231,8 @@ contains
         is_damaged = .true.
         call open_file(source, file, error)
         if (allocated(error)) return
-        call open_group(file, 'sweep', sweep, error)
+        call verify(file, error)
+        if (.not. allocated(error)) call open_group(file, 'sweep', sweep, error)
         if (.not. allocated(error)) call check_same(file, sweep, source, origin, share, is_damaged, error)
         if (.not. allocated(error)) call get_attribute(file, 'created', self%created, error)
         if (.not. allocated(error)) call get_attribute(file, 'wall_seconds', self%wall_before, error)
@@ -237,7 +244,7 @@ contains
         if (.not. allocated(error)) call self%archive%replay(file, error)
         if (.not. allocated(error)) call take_over_messages(self, file, error)
         if (.not. allocated(error)) call check_members(self, file, problem%sweep, is_damaged, error)
-        if (.not. allocated(error) .and. self%members > 0) call take_over_members(self, sweep, error)
+        if (.not. allocated(error) .and. self%members > 0) call take_over_members(self, sweep, file, error)
         call close_file(file)
     end subroutine take_over
 
@@ -283,10 +290,9 @@ contains
         do i = 1, size(texts)
             call self%archive%append_text(self%message, texts(i)%text)
         end do
-        call self%archive%check_against(self%message, file, error)
     end subroutine take_over_messages
 
-    !> The members are the first ones of the share, in their order, with the values that the deck gives them.
+    !> Note which members have run. They are of this share, and have the values that the deck gives them.
     subroutine check_members(self, file, sweep, is_damaged, error)
         class(sweep_file_t), intent(inout) :: self
         integer(hid_t), intent(in) :: file
@@ -295,7 +301,6 @@ contains
         type(error_t), allocatable, intent(out) :: error
         integer, parameter :: rows_a_turn = 4096
         real(wp), allocatable :: numbers(:, :), outcomes(:, :), values(:, :)
-        integer(i8), parameter :: scalar(0) = [integer(i8) ::]
         integer :: first, n, i
 
         is_damaged = .true.
@@ -312,42 +317,65 @@ contains
             if (allocated(error)) return
             self%failed = self%failed + count(nint(outcomes) == member_failed)
             do i = 1, n
-                if (nint(numbers(1, i)) /= self%share%number(first + i)) then
-                    call raise(error, status_file, 'its members are not in their order')
-                else if (any(abs(values(:, i) - sweep%values(nint(numbers(1, i)))) > 0.0_wp)) then
+                call note_member(self, nint(numbers(1, i)), error)
+                if (allocated(error)) return
+                if (any(abs(values(:, i) - sweep%values(nint(numbers(1, i)))) > 0.0_wp)) then
                     is_damaged = .false.
                     call raise(error, status_input, self%path // ': a table that the deck reads from a ' &
                         // 'file has changed since it was begun')
+                    return
                 end if
-                if (allocated(error)) return
             end do
             deallocate (numbers, outcomes, values)
         end do
         is_damaged = .false.
     end subroutine check_members
 
-    subroutine take_over_members(self, sweep, error)
+    subroutine note_member(self, number, error)
         class(sweep_file_t), intent(inout) :: self
-        integer(hid_t), intent(in) :: sweep
+        integer, intent(in) :: number
+        type(error_t), allocatable, intent(out) :: error
+        integer :: position
+        logical :: fits
+
+        position = self%share%position(number)
+        fits = number >= self%share%shard .and. position <= size(self%has_run)
+        if (fits) fits = self%share%number(position) == number .and. .not. self%has_run(position)
+        if (.not. fits) then
+            call raise(error, status_file, 'a member is there twice, or does not belong there')
+            return
+        end if
+        self%has_run(position) = .true.
+        self%is_sorted = self%is_sorted .and. number > self%latest
+        self%latest = number
+    end subroutine note_member
+
+    !> The groups of the members, in the order of their rows.
+    subroutine take_over_members(self, sweep, file, error)
+        class(sweep_file_t), intent(inout) :: self
+        integer(hid_t), intent(in) :: sweep, file
         type(error_t), allocatable, intent(out) :: error
         character(16), allocatable :: names(:)
+        real(wp) :: numbers(1, members_a_batch)
         integer(hid_t) :: members
-        integer :: first, last, i
+        integer :: first, n, i
 
         call open_group(sweep, 'members', members, error)
-        do first = 1, self%finished, members_a_batch
+        do first = 0, self%finished - 1, members_a_batch
+            n = min(members_a_batch, self%finished - first)
+            if (.not. allocated(error)) call get_rows(file, 'sweep/number', scalar, int(first, i8), &
+                numbers(:, :n), error)
             if (allocated(error)) return
-            last = min(self%finished, first + members_a_batch - 1)
-            allocate (names(first:last))
-            do i = first, last
-                names(i) = member_name(self%share%number(i), self%share%members)
+            allocate (names(n))
+            do i = 1, n
+                names(i) = member_name(nint(numbers(1, i)), self%share%members)
             end do
             call self%archive%keep_copies(self%members, spread(members, 1, size(names)), names, error)
             deallocate (names)
         end do
     end subroutine take_over_members
 
-    !> Take a member that has run; members come in increasing order.
+    !> Take a member that has run.
     subroutine take(self, member, error)
         class(sweep_file_t), intent(inout) :: self
         type(member_t), intent(in) :: member
@@ -358,6 +386,7 @@ contains
                 member, self%mesh, error)
             self%loose = self%loose + 1
         end if
+        if (.not. allocated(error)) call note_member(self, member%number, error)
         if (.not. allocated(error)) call write_row(self, member, error)
         if (.not. allocated(error) .and. self%loose >= members_a_batch) call keep_members(self, error)
         self%finished = self%finished + 1

@@ -1,11 +1,13 @@
-!> Joins the files of a study's shards into one, which holds the same as that of a run that was not divided.
+!> Joins the files of a study's shards into one, which holds the same as that of a run that was not divided;
+!> or puts the members of one file into their order.
 module gb_sweep_merge
     use gb_kinds, only: wp, i8
     use gb_archive, only: archive_t, root, stored_real64, stored_int32, stored_int8
     use gb_error, only: error_t, raise, status_file
     use gb_hdf5, only: start_hdf5
     use gb_hdf5_input, only: hid_t, text_t, max_link, open_file, close_file, open_group, has_link, &
-        link_names, get_attribute, get_dataset_attribute, get_deck, get_table, get_texts, get_text_list
+        link_names, get_attribute, get_dataset_attribute, get_deck, get_table, get_texts, get_text_list, &
+        verify
     use gb_member, only: member_waiting, member_failed
     use gb_member_file, only: member_name
     use gb_names, only: max_name
@@ -33,7 +35,7 @@ module gb_sweep_merge
         integer, allocatable :: missing(:)          !! numbers of the members that no file has
     end type merged_t
 
-    public :: merge_shards
+    public :: merge_shards, sort_members
 
 contains
 
@@ -45,8 +47,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(shard_t), allocatable :: shards(:)
         type(place_t), allocatable :: places(:)     !! by number
-        type(archive_t) :: archive
-        type(error_t), allocatable :: ignored
+        character(:), allocatable :: status, message
         integer :: i
 
         call raise_file_limit()
@@ -70,10 +71,46 @@ contains
         end do
         merged%members = size(places)
         merged%missing = pack([(i, i=1, size(places))], places%shard == 0)
+        call study_end(merged%members, merged%failed, size(merged%missing), status, message)
+        call write_joined(path, shards, places, share_t(members=size(places)), status, message, error)
+    end subroutine merge_shards
+
+    !> Put the members of a file into the order of their numbers. It is replaced when the new one is whole.
+    subroutine sort_members(path, error)
+        character(*), intent(in) :: path
+        type(error_t), allocatable, intent(out) :: error
+        type(shard_t) :: shard
+        type(place_t), allocatable :: places(:)
+        character(:), allocatable :: status, message
+        integer :: failed
+
+        shard%path = path
+        failed = 0
+        call open_shard(shard, error)
+        if (allocated(error)) return
+        allocate (places(shard%share%members))
+        call find_members(shard, 1, places, failed, error)
+        if (.not. allocated(error)) call get_attribute(shard%file, 'status', status, error)
+        if (.not. allocated(error)) call get_attribute(shard%file, 'message', message, error)
+        if (.not. allocated(error)) call write_joined(path, [shard], places, shard%share, status, &
+            message, error)
+    end subroutine sort_members
+
+    !> A file with the rows of the shards' members, in the order of their numbers; the shards are closed.
+    subroutine write_joined(path, shards, places, share, status, message, error)
+        character(*), intent(in) :: path, status, message
+        type(shard_t), intent(in) :: shards(:)
+        type(place_t), intent(in) :: places(:)
+        type(share_t), intent(in) :: share              !! what the file holds of the study
+        type(error_t), allocatable, intent(out) :: error
+        type(error_t), allocatable :: ignored
+        type(archive_t) :: archive
+        integer :: i
+
         call archive%open(path, error)
         if (allocated(error)) return
-        call write_root(archive, shards, merged, error)
-        if (.not. allocated(error)) call write_sweep(archive, shards, places, error)
+        call write_root(archive, shards, status, message, error)
+        if (.not. allocated(error)) call write_sweep(archive, shards, places, share, error)
         if (.not. allocated(error)) call archive%publish(.true., .true., error)
         if (allocated(error)) then
             call archive%close(ignored)
@@ -83,7 +120,7 @@ contains
         do i = 1, size(shards)
             call close_file(shards(i)%file)
         end do
-    end subroutine merge_shards
+    end subroutine write_joined
 
     subroutine open_shard(shard, error)
         type(shard_t), intent(inout) :: shard
@@ -96,6 +133,7 @@ contains
             return
         end if
         call open_file(shard%path, shard%file, error)
+        if (.not. allocated(error)) call verify(shard%file, error)
         if (.not. allocated(error)) call open_group(shard%file, 'sweep', shard%sweep, error)
         if (.not. allocated(error)) call get_attribute(shard%sweep, 'members', shard%share%members, &
             error)
@@ -174,16 +212,15 @@ contains
         end do
     end subroutine find_members
 
-    !> What the shards' files say alike of the run, the sums of what they do not, and how the study ended, in
-    !> the words that an undivided run uses.
-    subroutine write_root(archive, shards, merged, error)
+    !> What the shards' files say alike of the run, the sums of what they do not, and how the study ended.
+    subroutine write_root(archive, shards, status, message, error)
         type(archive_t), intent(inout) :: archive
         type(shard_t), intent(in) :: shards(:)
-        type(merged_t), intent(in) :: merged
+        character(*), intent(in) :: status, message
         type(error_t), allocatable, intent(out) :: error
         character(16), parameter :: texts(6) = [character(16) :: 'format', 'program_version', &
             'git_revision', 'compiler', 'title', 'created']
-        character(:), allocatable :: text, status, message
+        character(:), allocatable :: text
         real(wp) :: wall, cpu, seconds
         integer :: i, version
 
@@ -202,7 +239,6 @@ contains
             cpu = cpu + seconds
         end do
         if (allocated(error)) return
-        call study_end(merged%members, merged%failed, size(merged%missing), status, message)
         call archive%set(root, 'status', status)
         call archive%set(root, 'message', message)
         call archive%set(root, 'wall_seconds', wall)
@@ -210,19 +246,20 @@ contains
         call archive%keep_copies(root, spread(shards(1)%file, 1, 3), ['deck ', 'units', 'mesh '], error)
     end subroutine write_root
 
-    subroutine write_sweep(archive, shards, places, error)
+    subroutine write_sweep(archive, shards, places, share, error)
         type(archive_t), intent(inout) :: archive
         type(shard_t), intent(in) :: shards(:)
         type(place_t), intent(in) :: places(:)
+        type(share_t), intent(in) :: share
         type(error_t), allocatable, intent(out) :: error
         character(max_link), allocatable :: names(:)
         character(:), allocatable :: parameters
         integer :: sweep, summary, node, i
 
         call archive%add_group(root, 'sweep', sweep)
-        call archive%set(sweep, 'members', size(places))
-        call archive%set(sweep, 'shard', 1)
-        call archive%set(sweep, 'shards', 1)
+        call archive%set(sweep, 'members', share%members)
+        call archive%set(sweep, 'shard', share%shard)
+        call archive%set(sweep, 'shards', share%shards)
         call join(archive, sweep, shards%sweep, shards, 'number', stored_int32, places, node, error)
         if (.not. allocated(error)) call join(archive, sweep, shards%sweep, shards, 'parameters', &
             stored_real64, places, node, error)
@@ -268,8 +305,6 @@ contains
         allocate (tables(size(shards)))
         do i = 1, size(shards)
             if (.not. allocated(error)) call get_table(groups(i), name, tables(i)%rows, error)
-            if (.not. allocated(error)) call archive%check_rows(groups(i), name, stored, &
-                tables(i)%rows, error)
             if (.not. allocated(error)) then
                 if (size(tables(i)%rows, 2) < maxval(places%row, mask=places%shard == i) .or. &
                     size(tables(i)%rows, 1) /= size(tables(1)%rows, 1)) call raise(error, status_file, name &

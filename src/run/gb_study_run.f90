@@ -19,6 +19,7 @@ module gb_study_run
     use gb_signals, only: watch_signals, stop_after, has_caught_signal, caught_signal
     use gb_sweep, only: sweep_t
     use gb_sweep_file, only: sweep_file_t
+    use gb_sweep_merge, only: sort_members
     use gb_text, only: to_text, newline
     use gb_threads, only: use_one_blas_thread
     implicit none
@@ -78,6 +79,7 @@ contains
         integer :: members_a_batch, batches_ahead, i
         real(wp) :: cpu_start
 
+        call watch_signals()
         call use_one_blas_thread()
         call system_clock(monitor%start)
         call cpu_time(cpu_start)
@@ -86,9 +88,8 @@ contains
         call open_file(monitor, problem, options%restart, share, error)
         if (allocated(error)) return
         monitor%earlier = monitor%file%finished
-        numbers = [(share%number(i), i=monitor%earlier + 1, share%n())]
+        numbers = pack([(share%number(i), i=1, share%n())], .not. monitor%file%has_run)
         call write_tickets(monitor, problem)
-        call watch_signals()
         if (options%max_seconds > 0.0_wp) call stop_in_time(monitor, options%max_seconds)
         source%recipe = recipe
         source%sweep = problem%sweep
@@ -408,7 +409,12 @@ contains
             call study_end(members, monitor%file%failed, members - monitor%file%finished, status, counts)
         end associate
         call monitor%file%close(status, counts, seconds, cpu_end - cpu_start, error)
-        if (status == 'interrupted' .and. .not. allocated(error)) call write_ticket(monitor, error)
+        if (allocated(error)) return
+        if (status == 'interrupted') then
+            call write_ticket(monitor, error)
+        else if (.not. monitor%file%is_sorted) then
+            call sort_members(monitor%file%path, error)
+        end if
         if (allocated(error)) return
         call monitor%log%line('')
         call monitor%log%line(trim(merge('stopped after', 'done in      ', status == 'interrupted')) // ' ' &

@@ -1,4 +1,5 @@
-"""Damaged results files: scripts and restarts use what can be read or refuse it in one line; nothing crashes.
+"""Damaged results files: scripts and restarts refuse them in one line, or find in them what was written; nothing
+crashes.
 
 GENTBEAM_DAMAGE sets the number of files of each kind, GENTBEAM_SEED which ones they are.
 """
@@ -9,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import pytest
 from conftest import SECONDS, small_deck
 
@@ -46,46 +48,63 @@ def damaged(whole, kind):
 
 
 def use(path):
-    """What the plotting scripts read of a file."""
+    """What the plotting scripts read of a file, in bytes."""
     with gentbeam_results.open_results(path) as results:
         group = results.group()
+        arrays = []
         for probe in group.probes:
-            group.history(probe)
-        group.displacements()
-        results.mesh()
-        return results.parameters, results.units
+            history = group.history(probe)
+            arrays += [history.time, history.values]
+        arrays += group.displacements()
+        arrays.append(results.mesh().x)
+        texts = repr((results.parameters, results.units, group.probes))
+        return b"".join(array.tobytes() for array in arrays) + texts.encode()
 
 
-def outcome(path):
+def outcome(path, whole):
     """`used`, `refused`, or what became of a process that came back with neither."""
     process = os.fork()
     if process == 0:
         status = 2
         try:
-            use(path)
-            status = 0
+            status = 0 if use(path) == whole else 3
         except gentbeam_results.ResultsError as error:
             status = 2 if "\n" in str(error) else 1
         finally:
             os._exit(status)
     answer = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
-    return {0: "used", 1: "refused"}.get(answer, f"exit status {answer}")
+    return {0: "used", 1: "refused", 3: "used, and wrong"}.get(answer, f"exit status {answer}")
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_scripts(gentbeam, whole, kind):
     path = gentbeam.folder / "damaged.h5"
+    undamaged = use(gentbeam.folder / "deck.h5")
     answers = []
     for data in damaged(whole, kind):
         path.write_bytes(data)
-        answers.append(outcome(path))
+        answers.append(outcome(path, undamaged))
         assert answers[-1] in ("used", "refused")
-    assert answers.count("refused") > 0
+    assert answers.count("refused") > CASES / 2
+
+
+def datasets(path):
+    """All numbers of a file, in bytes."""
+    found = {}
+
+    def look(name, thing):
+        if isinstance(thing, h5py.Dataset):
+            found[name] = repr(thing[()]) if thing.dtype == object else thing[()].tobytes()
+
+    with h5py.File(path, "r") as file:
+        file.visititems(look)
+    return found
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_restart(gentbeam, whole, kind):
     path = gentbeam.folder / "deck.h5"
+    undamaged = datasets(path)
     answers = []
     for data in damaged(whole, kind):
         path.write_bytes(data)
@@ -98,6 +117,8 @@ def test_restart(gentbeam, whole, kind):
         if done.returncode == 3:
             assert done.stderr.startswith("gentbeam: error: cannot ") and done.stderr.count("\n") == 1
             assert path.read_bytes() == data
+        else:
+            assert datasets(path) == undamaged
         assert not list(gentbeam.folder.glob("*.part")) and not list(gentbeam.folder.glob("*.new"))
         # A run that went well has replaced its checkpoint.
         assert (gentbeam.folder / "deck.chk.h5").exists()

@@ -43,6 +43,13 @@ def deck(commands=COMMANDS, every=1):
     return DECK.format(commands=commands, every=every)
 
 
+def study_deck(members=40, fields="[u v a]", commands="TRANSIENT newmark step=1e-5 end=4e-3 name=swing"):
+    """A study; every tenth member's deck is wrong."""
+    values = " ".join("-1" if i % 10 == 9 else str(1 + 0.01 * i) for i in range(members))
+    text = deck(commands, every=20).replace("q=2.85", "q=2.85 r=1").replace("rho=1e-6", "rho=1e-6*r")
+    return text.replace("fields=[u v a]", f"fields={fields}").replace("MATERIAL", f"SWEEP r=[{values}]\nMATERIAL")
+
+
 @pytest.fixture(scope="session")
 def executable():
     path = os.environ.get("GENTBEAM", "")
@@ -171,6 +178,34 @@ def check_series(mine, name):
     assert (mine[f"{name}/probes/tip"][places] == mine[f"{name}/u"][:, -1, 1]).all()
     assert (mine[f"{name}/probes/rate"][places] == mine[f"{name}/v"][:, -1, 1]).all()
     return max(0, steps.pop() - 1)
+
+
+def check_study(path, reference=None):
+    """Sees that a study's file holds members of the reference run with all they have to tell, bit for bit.
+
+    Returns the status and the number of members.
+    """
+    with h5py.File(path, "r") as file:
+        status = file.attrs["status"]
+        assert status in ("running", "complete", "failed", "interrupted")
+        found = datasets(file)
+        groups = set(file["sweep/members"]) if "members" in file["sweep"] else None
+    numbers = found["sweep/number"]
+    places = numbers - 1
+    assert len(set(numbers)) == len(numbers)
+    assert groups is None or groups == {f"{number:06d}" for number in numbers}
+    for name, value in found.items():
+        if name.startswith("sweep/") and not name.startswith("sweep/members/"):
+            assert len(value) == len(numbers), name
+            if reference is not None:
+                assert value.tolist() == reference[name][places].tolist(), name
+        elif reference is not None and name != "deck":
+            assert value.tobytes() == reference[name].tobytes(), name
+    if reference is not None:
+        wanted = {name for name in reference if name.split("/")[:2] != ["sweep", "members"]}
+        wanted |= {name for name in reference if groups and name.split("/")[2:3] and name.split("/")[2] in groups}
+        assert set(found) == wanted
+    return status, len(numbers)
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from collections import Counter
 
 import h5py
 import pytest
-from conftest import check_whole, datasets, deck
+from conftest import check_study, check_whole, deck, study_deck
 
 # A clock that goes on with every look at it makes the program publish its results as often as in a run of
 # many minutes.
@@ -23,15 +23,15 @@ def older_results(program):
     return program.results.read_bytes()
 
 
-def judge(program, older, reference):
-    """What a killed run has left: `old`, or the status of its own file and its number of steps."""
+def judge(program, older, reference, check=check_whole):
+    """What a killed run has left: `old`, or the status of its own file and its number of steps, or of members."""
     assert {path.name for path in program.folder.iterdir()} <= {"deck.inp", "out.h5", "out.h5.part"}
     if program.results.read_bytes() == older:
         return "old", 0
-    return check_whole(program.results, reference)
+    return check(program.results, reference)
 
 
-def kill_at_random(program, reference, meddler, text, source, latest):
+def kill_at_random(program, reference, meddler, text, source, latest, check=check_whole):
     older = older_results(program)
     process = program.start(text, env=meddler(tick=source.uniform(*TICKS)))
     # Some come in the first milliseconds, where the file is made.
@@ -39,7 +39,7 @@ def kill_at_random(program, reference, meddler, text, source, latest):
     time.sleep(delay)
     process.kill()
     process.communicate()
-    return judge(program, older, reference)
+    return judge(program, older, reference, check)
 
 
 def duration(program, environment, text):
@@ -80,6 +80,57 @@ def test_many_kills_at_random_instants(program, references, meddler):
     print(kinds, len(found))
     assert sum(kinds.values()) == 300
     assert kinds.get("running", 0) >= 200 and len(found) >= 50
+
+
+def kill_studies(program, references, meddler, count, seed):
+    source = random.Random(seed)
+    kinds, found = Counter(), set()
+    for fields in ("[u v a]", "none"):
+        text = study_deck(120 if fields == "none" else 60, fields)
+        latest = 0.9 * duration(program, meddler(tick=TICKS[1]), text)
+        for _ in range(count // 2):
+            kind, members = kill_at_random(
+                program, references(text), meddler, text, source, latest, check_study
+            )
+            kinds[kind] += 1
+            found.add(members)
+    return kinds, found
+
+
+def test_kills_of_studies(program, references, meddler):
+    kinds, found = kill_studies(program, references, meddler, 20, 3)
+    print(kinds, sorted(found))
+    assert sum(kinds.values()) == 20 and kinds["running"] >= 5 and len(found) >= 4
+
+
+@pytest.mark.long
+def test_many_kills_of_studies(program, references, meddler):
+    kinds, found = kill_studies(program, references, meddler, 200, int(os.environ.get("GENTBEAM_SEED", "4")))
+    print(kinds, len(found))
+    assert sum(kinds.values()) == 200 and kinds["running"] >= 120 and len(found) >= 20
+
+
+MEMBERS = 300
+
+
+@pytest.mark.parametrize("fields", ["[u v a]", "none"])
+def test_kill_of_a_study_at_every_write(program, references, meddler, fields):
+    """As below for a run; the next one goes on with what is left."""
+    text = study_deck(MEMBERS, fields, "TRANSIENT newmark step=1e-4 end=1e-3 name=swing")
+    reference = references(text)
+    environment = meddler(tick=0.05)
+    older = older_results(program)
+    kinds = []
+    while not kinds or kinds[-1][0] != "complete":
+        program.results.write_bytes(older)
+        status, _ = program.run(text, env={**environment, "MEDDLER_KILL": str(len(kinds) + 1)})
+        kinds.append(judge(program, older, reference, check_study))
+        assert status in (0, -9)
+        if kinds[-1][0] == "running":
+            assert program.run(text, "--restart", "out.h5") == (0, "")
+            assert check_study(program.results, reference) == ("complete", MEMBERS)
+    print(len(kinds), Counter(kinds))
+    assert kinds[0] == ("old", 0) and len({kind for kind in kinds if kind[0] == "running"}) >= 3
 
 
 def count_calls(program, environment, text):

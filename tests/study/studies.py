@@ -58,7 +58,7 @@ def differences(one, other, path=""):
 
 def same_file(one, other):
     """Two results files hold the same, but for when and how long they ran."""
-    timed = ("created", "wall_seconds", "cpu_seconds")
+    timed = ("created", "wall_seconds", "cpu_seconds", "text_checksum")
     with h5py.File(one) as here, h5py.File(other) as there:
         assert attributes(here, timed) == attributes(there, timed)
         assert not differences(here, there)
