@@ -58,9 +58,14 @@ contains
         real(wp) :: bend(lanes)
         integer :: k, i, j
 
-        m = 0.0_wp
-        bend = 0.0_wp
-        if (has_middle) call measure_middle(is_square, con, g, m, bend, room)
+        !GCC$ unroll 15
+        do i = 1, n_moments
+            m(:, i) = 0.0_wp
+        end do
+        do i = 1, lanes
+            bend(i) = 0.0_wp
+        end do
+        if (has_middle) call measure_middle(is_square, has_limit, con, g, m, bend, room)
         do k = 1, pairs
             call measure_pair(is_square, has_limit, con, con(:, at_z + k), con(:, at_weight + k), g, m, &
                 v(:, :, :, k), pv(:, :, :, k), room)
@@ -93,33 +98,39 @@ contains
     end subroutine power_of_j
 
     !> The height z = 0: f = a, q = 1, zeta = 0. Its moments, and the factor of its dyad, 4 phi'' weight.
-    pure subroutine measure_middle(is_square, con, g, m, bend, room)
-        logical, intent(in) :: is_square
+    pure subroutine measure_middle(is_square, has_limit, con, g, m, bend, room)
+        logical, intent(in) :: is_square, has_limit
         real(wp), intent(in) :: con(lanes, n_section), g(lanes, n_strains)
         real(wp), intent(inout) :: m(lanes, n_moments), bend(lanes), room(lanes)
-        real(wp), dimension(lanes) :: j, left, power
-        real(wp) :: a1, a3, d1, d3, inverse, by_room, by_j
+        real(wp), dimension(lanes) :: j, power, left
+        real(wp) :: a1, a3, d1, d3, by_room, by_j
         integer :: l
 
+        do l = 1, lanes
+            j(l) = (1.0_wp + g(l, 1))*(1.0_wp + g(l, 7)) - g(l, 2)*g(l, 6)
+            room(l) = min(room(l), j(l))
+            j(l) = merge(j(l), 1.0_wp, j(l) > 0.0_wp)
+        end do
+        call power_of_j(is_square, con, j, power)
+        do l = 1, lanes
+            by_j = 1.0_wp/j(l)
+            m(l, p0) = con(l, at_middle)*con(l, at_mu)
+            m(l, g0) = con(l, at_middle)*(con(l, at_power)*power(l) - con(l, at_log))*by_j
+            m(l, r00) = con(l, at_middle)*(con(l, at_bend)*power(l) + con(l, at_log))*by_j*by_j
+        end do
+        if (.not. has_limit) return
         do l = 1, lanes
             a1 = 1.0_wp + g(l, 1)
             a3 = g(l, 2)
             d1 = g(l, 6)
             d3 = 1.0_wp + g(l, 7)
-            j(l) = a1*d3 - a3*d1
             left(l) = 1.0_wp - (a1*a1 + a3*a3 + d1*d1 + d3*d3 - 2.0_wp)*con(l, at_inverse_jm)
-            room(l) = min(room(l), j(l), left(l))
-            j(l) = merge(j(l), 1.0_wp, j(l) > 0.0_wp)
+            room(l) = min(room(l), left(l))
             left(l) = merge(left(l), 1.0_wp, left(l) > 0.0_wp)
         end do
-        call power_of_j(is_square, con, j, power)
         do l = 1, lanes
-            inverse = 1.0_wp/(j(l)*left(l))
-            by_room = inverse*j(l)
-            by_j = inverse*left(l)
-            m(l, p0) = con(l, at_middle)*con(l, at_mu)*by_room
-            m(l, g0) = con(l, at_middle)*(con(l, at_power)*power(l) - con(l, at_log))*by_j
-            m(l, r00) = con(l, at_middle)*(con(l, at_bend)*power(l) + con(l, at_log))*by_j*by_j
+            by_room = 1.0_wp/left(l)
+            m(l, p0) = m(l, p0)*by_room
             bend(l) = 2.0_wp*m(l, p0)*con(l, at_inverse_jm)*by_room
         end do
     end subroutine measure_middle
@@ -132,66 +143,83 @@ contains
         real(wp), intent(in) :: g(lanes, n_strains)
         real(wp), intent(inout) :: m(lanes, n_moments), room(lanes)
         real(wp), intent(inout) :: v(lanes, n_strains, 2), pv(lanes, n_strains, 2)
-        real(wp), dimension(lanes, 2) :: j, left, f1, f3, power, by_room, p, gj, r
+        real(wp), dimension(lanes, 2) :: j, power, f1, f3, by_room, p
 
-        call invariants_of_pair(con, z, g, j, left, f1, f3, room)
+        call volumes_of_pair(z, g, j, room)
         call power_of_j(is_square, con, j(:, 1), power(:, 1))
         call power_of_j(is_square, con, j(:, 2), power(:, 2))
-        call weigh_pair(con, weight, j, left, power, by_room, p, gj, r)
+        call add_volume_moments(con, z, weight, g, j, power, m)
         if (has_limit) then
+            call rooms_of_pair(con, z, weight, g, f1, f3, by_room, p, room)
+            call add_moments(z, p, m)
             call gradients_of_pair(z, g, f1, f3, v)
             call bend_pair(con, by_room, p, v, pv)
+        else
+            call add_even_moments(con, z, weight, m)
         end if
-        call add_moments(z, g, p, gj, r, m)
     end subroutine measure_pair
 
-    !> J and 1 - (I1-2)/jm (both replaced by 1 where not positive), and (F11, F31), at the heights +z and -z.
-    pure subroutine invariants_of_pair(con, z, g, j, left, f1, f3, room)
-        real(wp), intent(in) :: con(lanes, n_section), z(lanes), g(lanes, n_strains)
-        real(wp), intent(out), dimension(lanes, 2) :: j, left, f1, f3
+    !> J (replaced by 1 where not positive) at the heights +z and -z.
+    pure subroutine volumes_of_pair(z, g, j, room)
+        real(wp), intent(in) :: z(lanes), g(lanes, n_strains)
+        real(wp), intent(out) :: j(lanes, 2)
         real(wp), intent(inout) :: room(lanes)
-        real(wp) :: a1, a3, e1, e3, d1, d3, xi, h, hh, even1, even3, odd1, odd3, dd, a, b, xz, q, k, jj, ll
+        real(wp) :: d1, d3, xi, h, xz, a, b, upper, lower
         integer :: l
 
         do l = 1, lanes
-            a1 = 1.0_wp + g(l, 1)
-            a3 = g(l, 2)
-            e1 = g(l, 3)
-            e3 = g(l, 4)
             d1 = g(l, 6)
             d3 = 1.0_wp + g(l, 7)
             xi = g(l, 8)
             h = z(l)
-            hh = h*h
-            k = hh*g(l, 5)
-            xz = xi*hh
-            even1 = a1 + xz*e1 + k*d1
-            even3 = a3 + xz*e3 + k*d3
-            odd1 = h*e1
-            odd3 = h*e3
-            dd = d1*d1 + d3*d3
-            a = a1*d3 - a3*d1
-            b = e1*d3 - e3*d1
-            ! at +z
-            q = 1.0_wp + 2.0_wp*xi*h
-            f1(l, 1) = even1 + odd1
-            f3(l, 1) = even3 + odd3
-            jj = q*(a + (xz + h)*b)
-            ll = 1.0_wp - (f1(l, 1)*f1(l, 1) + f3(l, 1)*f3(l, 1) + q*q*dd - 2.0_wp)*con(l, at_inverse_jm)
-            room(l) = min(room(l), jj, ll)
-            j(l, 1) = merge(jj, 1.0_wp, jj > 0.0_wp)
-            left(l, 1) = merge(ll, 1.0_wp, ll > 0.0_wp)
-            ! at -z
-            q = 1.0_wp - 2.0_wp*xi*h
-            f1(l, 2) = even1 - odd1
-            f3(l, 2) = even3 - odd3
-            jj = q*(a + (xz - h)*b)
-            ll = 1.0_wp - (f1(l, 2)*f1(l, 2) + f3(l, 2)*f3(l, 2) + q*q*dd - 2.0_wp)*con(l, at_inverse_jm)
-            room(l) = min(room(l), jj, ll)
-            j(l, 2) = merge(jj, 1.0_wp, jj > 0.0_wp)
-            left(l, 2) = merge(ll, 1.0_wp, ll > 0.0_wp)
+            xz = xi*h*h
+            a = (1.0_wp + g(l, 1))*d3 - g(l, 2)*d1
+            b = g(l, 3)*d3 - g(l, 4)*d1
+            upper = (1.0_wp + 2.0_wp*xi*h)*(a + (xz + h)*b)
+            lower = (1.0_wp - 2.0_wp*xi*h)*(a + (xz - h)*b)
+            room(l) = min(room(l), upper, lower)
+            j(l, 1) = merge(upper, 1.0_wp, upper > 0.0_wp)
+            j(l, 2) = merge(lower, 1.0_wp, lower > 0.0_wp)
         end do
-    end subroutine invariants_of_pair
+    end subroutine volumes_of_pair
+
+    !> At the heights +z and -z: (F11, F31), by_room = 1/(1 - (I1-2)/jm), which is 1 where that is not
+    !> positive, and p = 2 phi' weight.
+    pure subroutine rooms_of_pair(con, z, weight, g, f1, f3, by_room, p, room)
+        real(wp), intent(in) :: con(lanes, n_section), z(lanes), weight(lanes), g(lanes, n_strains)
+        real(wp), intent(out), dimension(lanes, 2) :: f1, f3, by_room, p
+        real(wp), intent(inout) :: room(lanes)
+        real(wp) :: d1, d3, xi, h, k, xz, even1, even3, odd1, odd3, dd, q, left(lanes)
+        integer :: l, side
+
+        !GCC$ unroll 2
+        do side = 1, 2
+            do l = 1, lanes
+                d1 = g(l, 6)
+                d3 = 1.0_wp + g(l, 7)
+                xi = g(l, 8)
+                h = merge(z(l), -z(l), side == 1)
+                k = h*h*g(l, 5)
+                xz = xi*h*h
+                even1 = 1.0_wp + g(l, 1) + xz*g(l, 3) + k*d1
+                even3 = g(l, 2) + xz*g(l, 4) + k*d3
+                odd1 = h*g(l, 3)
+                odd3 = h*g(l, 4)
+                dd = d1*d1 + d3*d3
+                q = 1.0_wp + 2.0_wp*xi*h
+                f1(l, side) = even1 + odd1
+                f3(l, side) = even3 + odd3
+                left(l) = 1.0_wp - (f1(l, side)*f1(l, side) + f3(l, side)*f3(l, side) + q*q*dd - 2.0_wp) &
+                    *con(l, at_inverse_jm)
+                room(l) = min(room(l), left(l))
+                left(l) = merge(left(l), 1.0_wp, left(l) > 0.0_wp)
+            end do
+            do l = 1, lanes
+                by_room(l, side) = 1.0_wp/left(l)
+                p(l, side) = weight(l)*con(l, at_mu)*by_room(l, side)
+            end do
+        end do
+    end subroutine rooms_of_pair
 
     !> dI1/2 at the heights +z and -z.
     pure subroutine gradients_of_pair(z, g, f1, f3, v)
@@ -226,28 +254,6 @@ contains
         end do
     end subroutine gradients_of_pair
 
-    !> Slopes and curvatures of the energy at both heights, times weight: p = 2 phi', gj = psi', r = psi'';
-    !> and by_room = 1/(1 - (I1-2)/jm).
-    pure subroutine weigh_pair(con, weight, j, left, power, by_room, p, gj, r)
-        real(wp), intent(in) :: con(lanes, n_section), weight(lanes)
-        real(wp), intent(in), dimension(lanes, 2) :: j, left, power
-        real(wp), intent(out), dimension(lanes, 2) :: by_room, p, gj, r
-        real(wp) :: inverse, by_j
-        integer :: l, side
-
-        !GCC$ unroll 2
-        do side = 1, 2
-            do l = 1, lanes
-                inverse = 1.0_wp/(j(l, side)*left(l, side))
-                by_j = inverse*left(l, side)
-                by_room(l, side) = inverse*j(l, side)
-                p(l, side) = weight(l)*con(l, at_mu)*by_room(l, side)
-                gj(l, side) = weight(l)*(con(l, at_power)*power(l, side) - con(l, at_log))*by_j
-                r(l, side) = weight(l)*(con(l, at_bend)*power(l, side) + con(l, at_log))*by_j*by_j
-            end do
-        end do
-    end subroutine weigh_pair
-
     !> pv = 4 phi'' weight v at both heights.
     pure subroutine bend_pair(con, by_room, p, v, pv)
         real(wp), intent(in) :: con(lanes, n_section)
@@ -267,18 +273,16 @@ contains
         end do
     end subroutine bend_pair
 
-    !> m <- m + the moments of a pair of heights.
-    pure subroutine add_moments(z, g, p, gj, r, m)
-        real(wp), intent(in) :: z(lanes), g(lanes, n_strains)
-        real(wp), intent(in), dimension(lanes, 2) :: p, gj, r
+    !> m <- m + the moments of P of a pair of heights.
+    pure subroutine add_moments(z, p, m)
+        real(wp), intent(in) :: z(lanes), p(lanes, 2)
         real(wp), intent(inout) :: m(lanes, n_moments)
-        real(wp) :: h, hh, even, odd, a, b, xi, q, qz, x, rq, rz
+        real(wp) :: h, hh, even, odd
         integer :: l
 
         do l = 1, lanes
             h = z(l)
             hh = h*h
-            xi = g(l, 8)
             even = p(l, 1) + p(l, 2)
             odd = h*(p(l, 1) - p(l, 2))
             m(l, p0) = m(l, p0) + even
@@ -286,39 +290,68 @@ contains
             m(l, p2) = m(l, p2) + hh*even
             m(l, p3) = m(l, p3) + hh*odd
             m(l, p4) = m(l, p4) + hh*hh*even
+        end do
+    end subroutine add_moments
+
+    !> The same without a limit: P is mu weight.
+    pure subroutine add_even_moments(con, z, weight, m)
+        real(wp), intent(in) :: con(lanes, n_section), z(lanes), weight(lanes)
+        real(wp), intent(inout) :: m(lanes, n_moments)
+        real(wp) :: even, hh
+        integer :: l
+
+        do l = 1, lanes
+            hh = z(l)*z(l)
+            even = 2.0_wp*weight(l)*con(l, at_mu)
+            m(l, p0) = m(l, p0) + even
+            m(l, p2) = m(l, p2) + hh*even
+            m(l, p4) = m(l, p4) + hh*hh*even
+        end do
+    end subroutine add_even_moments
+
+    !> m <- m + the moments of G and R of a pair of heights.
+    pure subroutine add_volume_moments(con, z, weight, g, j, power, m)
+        real(wp), intent(in) :: con(lanes, n_section), z(lanes), weight(lanes)
+        real(wp), intent(in) :: g(lanes, n_strains), j(lanes, 2), power(lanes, 2)
+        real(wp), intent(inout) :: m(lanes, n_moments)
+        real(wp) :: h, hh, even, odd, a, b, xi, q, qz, x, r, rq, rz, by_j, w, gj(lanes, 2)
+        integer :: l, side
+
+        !GCC$ unroll 2
+        do side = 1, 2
+            do l = 1, lanes
+                h = merge(z(l), -z(l), side == 1)
+                xi = g(l, 8)
+                by_j = 1.0_wp/j(l, side)
+                w = weight(l)*by_j
+                gj(l, side) = w*(con(l, at_power)*power(l, side) - con(l, at_log))
+                r = w*by_j*(con(l, at_bend)*power(l, side) + con(l, at_log))
+                a = (1.0_wp + g(l, 1))*(1.0_wp + g(l, 7)) - g(l, 2)*g(l, 6)
+                b = g(l, 3)*(1.0_wp + g(l, 7)) - g(l, 4)*g(l, 6)
+                q = 1.0_wp + 2.0_wp*xi*h
+                qz = q*(h + xi*h*h)
+                x = 2.0_wp*h*a + h*h*(3.0_wp + 4.0_wp*xi*h)*b
+                rq = r*q
+                rz = r*qz
+                m(l, r00) = m(l, r00) + rq*q
+                m(l, r01) = m(l, r01) + rq*qz
+                m(l, r02) = m(l, r02) + rq*x
+                m(l, r11) = m(l, r11) + rz*qz
+                m(l, r12) = m(l, r12) + rz*x
+                m(l, r22) = m(l, r22) + r*x*x
+            end do
+        end do
+        do l = 1, lanes
+            h = z(l)
+            hh = h*h
             even = gj(l, 1) + gj(l, 2)
             odd = h*(gj(l, 1) - gj(l, 2))
             m(l, g0) = m(l, g0) + even
             m(l, g1) = m(l, g1) + odd
             m(l, g2) = m(l, g2) + hh*even
             m(l, g3) = m(l, g3) + hh*odd
-            a = (1.0_wp + g(l, 1))*(1.0_wp + g(l, 7)) - g(l, 2)*g(l, 6)
-            b = g(l, 3)*(1.0_wp + g(l, 7)) - g(l, 4)*g(l, 6)
-            ! at +z, then at -z
-            q = 1.0_wp + 2.0_wp*xi*h
-            qz = q*(h + xi*hh)
-            x = 2.0_wp*h*a + (3.0_wp*hh + 4.0_wp*xi*hh*h)*b
-            rq = r(l, 1)*q
-            rz = r(l, 1)*qz
-            m(l, r00) = m(l, r00) + rq*q
-            m(l, r01) = m(l, r01) + rq*qz
-            m(l, r02) = m(l, r02) + rq*x
-            m(l, r11) = m(l, r11) + rz*qz
-            m(l, r12) = m(l, r12) + rz*x
-            m(l, r22) = m(l, r22) + r(l, 1)*x*x
-            q = 1.0_wp - 2.0_wp*xi*h
-            qz = q*(xi*hh - h)
-            x = -2.0_wp*h*a + (3.0_wp*hh - 4.0_wp*xi*hh*h)*b
-            rq = r(l, 2)*q
-            rz = r(l, 2)*qz
-            m(l, r00) = m(l, r00) + rq*q
-            m(l, r01) = m(l, r01) + rq*qz
-            m(l, r02) = m(l, r02) + rq*x
-            m(l, r11) = m(l, r11) + rz*qz
-            m(l, r12) = m(l, r12) + rz*x
-            m(l, r22) = m(l, r22) + r(l, 2)*x*x
         end do
-    end subroutine add_moments
+    end subroutine add_volume_moments
 
     !> s = dPhi/dg.
     pure subroutine gradient_of_moments(g, m, s)
