@@ -8,7 +8,8 @@ module gb_energy_lanes
     use gb_section_lanes, only: n_strains, at_mu, at_log, at_power, at_minus_beta, at_inverse_jm, &
         at_middle, at_z, &
         at_weight
-    use gb_element_lanes, only: n_element, at_slope, at_swing, at_mass, strains
+    use gb_element_columns, only: n_element, at_slope, at_swing, at_mass
+    use gb_element_lanes, only: strains
     implicit none
     private
 

@@ -5,8 +5,8 @@ module gb_chain_lanes
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes
-    use gb_element_lanes, only: n_element, n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw, &
-        condense_element, recover_middle
+    use gb_element_columns, only: n_element, n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw
+    use gb_element_lanes, only: condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
     use gb_blocks_lanes, only: n_triangle, n_kept_node, eliminate_node, back_substitute
     use gb_slots, only: element_constants, has_square_power, has_chain_limit
