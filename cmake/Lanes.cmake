@@ -36,7 +36,7 @@ message(STATUS "Lane kernels: ${lanes} lanes")
 set(lane_options)
 if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
     set(lane_options -ftree-vectorize -fvect-cost-model=dynamic -fno-tree-loop-distribute-patterns
-        --param=max-completely-peel-times=1)
+        --param=max-completely-peel-times=1 -fno-gcse -fno-tree-ter)
     if(register_reals EQUAL 8 AND NOT lanes LESS 8)
         list(APPEND lane_options -mprefer-vector-width=512)
     endif()

@@ -104,7 +104,7 @@ contains
         real(wp), intent(in), dimension(lanes, n_fields, 2*n + 1) :: u, u_mass, u_start, f
         real(wp), intent(out) :: room(lanes), pivot(lanes)
         real(wp) :: part(lanes, n_condensed, 0:1), fields(lanes, n_fields, 3), a(lanes, n_fields, 3)
-        real(wp) :: k(lanes, n_triangle), r(lanes, n_fields)
+        real(wp) :: k(lanes, n_triangle), r(lanes, n_fields), raw(lanes, n_fields)
         integer :: e, now, before
 
         room = 1.0_wp
@@ -126,11 +126,10 @@ contains
                     self%constants(:, :, e), mass_factor, u(1, 1, 2*e - 1), a, f(1, 1, 2*e), &
                     part(:, :, now), self%kept(:, :, e), room, pivot)
             end if
-            call join(part(:, :, before), part(:, :, now), f(1, 1, 2*e - 1), k, r)
-            if (self%has_support(e - 1)) call hold(self%is_held(:, e - 1), k, r, part(1, at_lr + 1, now), &
-                part(1, at_raw + 1, now))
+            call join(part(:, :, before), part(:, :, now), f(1, 1, 2*e - 1), k, r, raw)
+            if (self%has_support(e - 1)) call hold(self%is_held(:, e - 1), k, r, part(1, at_lr + 1, now), raw)
             if (self%has_support(e)) call hold_next(self%is_held(:, e), part(1, at_lr + 1, now))
-            call watch(part(:, :, now), self%residuals, self%forces)
+            call watch(part(:, :, now), raw, self%residuals, self%forces)
             call eliminate_node(k, part(1, at_lr + 1, now), r, part(1, at_rr + 1, now), &
                 part(1, at_r + 1, now), self%kept_node(:, :, e - 1), pivot)
         end do
@@ -164,11 +163,10 @@ contains
     end subroutine go_back
 
     !> Block and residual of an element's left node: what the element before has left there and its own,
-    !> less the external force. The residual before any elimination takes the place of the element's own.
-    pure subroutine join(before, part, f, k, r)
-        real(wp), intent(in) :: before(lanes, n_condensed), f(lanes, n_fields)
-        real(wp), intent(inout) :: part(lanes, n_condensed)
-        real(wp), intent(out) :: k(lanes, n_triangle), r(lanes, n_fields)
+    !> less the external force; and the residual before any elimination.
+    pure subroutine join(before, part, f, k, r, raw)
+        real(wp), intent(in) :: before(lanes, n_condensed), part(lanes, n_condensed), f(lanes, n_fields)
+        real(wp), intent(out) :: k(lanes, n_triangle), r(lanes, n_fields), raw(lanes, n_fields)
         integer :: i
 
         !GCC$ unroll 15
@@ -178,26 +176,21 @@ contains
         !GCC$ unroll 5
         do i = 1, n_fields
             r(:, i) = before(:, at_r + i) + (part(:, at_l + i) - f(:, i))
-        end do
-        ! The element's own force on the node is kept where its condensed residual was.
-        !GCC$ unroll 5
-        do i = 1, n_fields
-            part(:, at_l + i) = part(:, at_raw + i)
-            part(:, at_raw + i) = before(:, raw_right + i) + (part(:, at_raw + i) - f(:, i))
+            raw(:, i) = before(:, raw_right + i) + (part(:, at_raw + i) - f(:, i))
         end do
     end subroutine join
 
     !> The largest residuals of an element's left and middle nodes, and its largest forces on the end nodes.
-    pure subroutine watch(part, residuals, forces)
+    pure subroutine watch(part, raw, residuals, forces)
         real(wp), intent(in) :: part(lanes, n_condensed)
+        real(wp), intent(in) :: raw(lanes, n_fields)        !! of the left node
         real(wp), intent(inout) :: residuals(lanes, n_fields), forces(lanes, n_fields)
         integer :: i
 
         !GCC$ unroll 5
         do i = 1, n_fields
-            residuals(:, i) = max(residuals(:, i), abs(part(:, at_raw + i)), &
-                abs(part(:, at_raw + n_fields + i)))
-            forces(:, i) = max(forces(:, i), abs(part(:, at_l + i)), abs(part(:, raw_right + i)))
+            residuals(:, i) = max(residuals(:, i), abs(raw(:, i)), abs(part(:, at_raw + n_fields + i)))
+            forces(:, i) = max(forces(:, i), abs(part(:, at_raw + i)), abs(part(:, raw_right + i)))
         end do
     end subroutine watch
 
@@ -265,12 +258,11 @@ contains
         norm = 0.0_wp
         check = 0.0_wp
         call back_substitute(self%kept_node(:, :, n), beyond, du(1, 1, 2*n + 1))
-        call measure(du(1, 1, 2*n + 1), norm, check)
+        call measure(1, du(1, 1, 2*n + 1), norm, check)
         do e = n, 1, -1
             call back_substitute(self%kept_node(:, :, e - 1), du(1, 1, 2*e + 1), du(1, 1, 2*e - 1))
             call recover_middle(self%constants(:, :, e), self%kept(:, :, e), du(1, 1, 2*e - 1))
-            call measure(du(1, 1, 2*e - 1), norm, check)
-            call measure(du(1, 1, 2*e), norm, check)
+            call measure(2, du(1, 1, 2*e - 1), norm, check)
         end do
         if (force_factor < 1.0_wp) then
             du = du/force_factor
@@ -278,15 +270,24 @@ contains
         end if
     end subroutine solve
 
-    pure subroutine measure(x, norm, check)
-        real(wp), intent(in) :: x(lanes, n_fields)
+    !> Take nodes into the largest values of the fields, and into `check`: 0 times infinities and NaNs is a NaN.
+    pure subroutine measure(nodes, x, norm, check)
+        integer, intent(in) :: nodes
+        real(wp), intent(in) :: x(lanes, n_fields, nodes)
         real(wp), intent(inout) :: norm(lanes, n_fields), check(lanes)
-        integer :: i
+        real(wp) :: sum(lanes)
+        integer :: node, i
 
-        !GCC$ unroll 5
-        do i = 1, n_fields
-            norm(:, i) = max(norm(:, i), abs(x(:, i)))
-            check = check + 0.0_wp*x(:, i)                  ! a NaN for infinities and NaNs
+        do node = 1, nodes
+            do i = 1, lanes
+                sum(i) = 0.0_wp
+            end do
+            !GCC$ unroll 5
+            do i = 1, n_fields
+                norm(:, i) = max(norm(:, i), abs(x(:, i, node)))
+                sum = sum + 0.0_wp*x(:, i, node)
+            end do
+            check = check + sum
         end do
     end subroutine measure
 
@@ -301,8 +302,8 @@ contains
         energy = 0.0_wp
         room = 1.0_wp
         do e = 1, self%n_elements
-            call stored_energy(self%pairs, self%has_middle, self%is_square, self%constants(:, :, e), &
-                u(1, 1, 2*e - 1), part, room)
+            call stored_energy(self%pairs, self%has_middle, self%is_square, self%has_limit, &
+                self%constants(:, :, e), u(1, 1, 2*e - 1), part, room)
             energy = energy + part
         end do
     end subroutine strain_energy
