@@ -11,9 +11,9 @@ module gb_element_lanes
     use gb_kinds, only: wp
     use gb_lanes, only: lanes
     use gb_fields, only: n_fields
-    use gb_section_lanes, only: n_strains, section_tangent
-    use gb_element_columns, only: n_element, n_condensed, n_kept, at_slope, at_kappa, at_bubble, &
-        at_by_bubble, at_swing, at_mass, at_raw
+    use gb_section_lanes, only: section_tangent
+    use gb_element_columns, only: n_strains, n_element, n_condensed, n_kept, at_slope, at_kappa, &
+        at_bubble, at_by_bubble, at_swing, at_mass, at_raw
     use gb_middle_lanes, only: factorise_middle, eliminate_middle
     use gb_ends_lanes, only: condense_to_ends
     implicit none

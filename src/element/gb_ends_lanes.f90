@@ -3,9 +3,8 @@ module gb_ends_lanes
     use gb_kinds, only: wp
     use gb_lanes, only: lanes
     use gb_fields, only: n_fields
-    use gb_section_lanes, only: n_strains
-    use gb_element_columns, only: n_element, n_kept, n_condensed, at_slope, at_kappa, at_bubble, at_swing, &
-        at_ll, at_rr, at_lr, at_l, at_r
+    use gb_element_columns, only: n_strains, n_element, n_kept, n_condensed, at_slope, at_kappa, &
+        at_bubble, at_swing, at_ll, at_rr, at_lr, at_l, at_r
     implicit none
     private
 

@@ -5,10 +5,8 @@ module gb_energy_lanes
     use gb_kinds, only: wp, log1p
     use gb_lanes, only: lanes
     use gb_fields, only: n_fields
-    use gb_section_lanes, only: n_strains, at_mu, at_log, at_power, at_minus_beta, at_inverse_jm, &
-        at_middle, at_z, &
-        at_weight
-    use gb_element_columns, only: n_element, at_slope, at_swing, at_mass
+    use gb_element_columns, only: n_strains, n_element, at_mu, at_log, at_power, at_minus_beta, &
+        at_inverse_jm, at_middle, at_z, at_weight, at_slope, at_swing, at_mass
     use gb_element_lanes, only: strains
     implicit none
     private

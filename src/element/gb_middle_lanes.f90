@@ -4,8 +4,7 @@ module gb_middle_lanes
     use gb_kinds, only: wp
     use gb_lanes, only: lanes
     use gb_fields, only: n_fields
-    use gb_section_lanes, only: n_strains
-    use gb_element_columns, only: n_element, n_kept, at_kappa, at_bubble
+    use gb_element_columns, only: n_strains, n_element, n_kept, at_kappa, at_bubble
     use gb_blocks_lanes, only: n_triangle, factorise
     implicit none
     private

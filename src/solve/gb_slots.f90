@@ -6,9 +6,8 @@ module gb_slots
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes
-    use gb_section_lanes, only: at_mu, at_log, at_power, at_bend, at_minus_beta, at_inverse_jm, at_middle, &
-        at_z, at_weight
-    use gb_element_columns, only: at_slope, at_kappa, at_bubble, at_by_bubble, at_swing, at_mass, n_element
+    use gb_element_columns, only: n_element, at_mu, at_log, at_power, at_bend, at_minus_beta, at_inverse_jm, &
+        at_middle, at_z, at_weight, at_slope, at_kappa, at_bubble, at_by_bubble, at_swing, at_mass
     use gb_beam, only: section_data_t
     use gb_system, only: system_t
     implicit none
