@@ -203,9 +203,9 @@ contains
         real(wp), intent(in) :: part(lanes, n_condensed, pass_slots)
         real(wp), intent(in), contiguous :: f_external(:)
         real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
-        real(wp), dimension(pair, n_triangle) :: this_k, next_k
-        real(wp), dimension(pair, n_fields) :: this_rhs, next_rhs, this_raw, next_raw
-        real(wp) :: c(pair, n_fields, n_fields)
+        real(wp) :: this_k(pair, n_triangle), c(pair, n_fields, n_fields)
+        real(wp), dimension(pair, n_fields) :: this_rhs, this_raw
+        real(wp) :: right_k(n_triangle), right_rhs(n_fields), right_raw(n_fields)
         integer :: i, step, left, right, near, far
         logical :: is_alone
 
@@ -216,43 +216,41 @@ contains
             is_alone = left == right
             near = step - 1
             far = self%n_elements + 1 - step
+            if (is_alone) then
+                right_k = k(2, :)
+                right_rhs = rhs(2, :)
+                right_raw = raw(2, :)
+            end if
             call enter(part(:, :, left/lanes + 1), part(:, :, right/lanes + 1), modulo(left, lanes) + 1, &
                 modulo(right, lanes) + 1, f_external(n_node*near + 1:n_node*near + n_fields), &
-                f_external(n_node*far + 1:n_node*far + n_fields), k, rhs, raw, this_k, this_rhs, this_raw, &
-                c, next_k, next_rhs, next_raw)
+                f_external(n_node*far + 1:n_node*far + n_fields), k, rhs, raw, this_k, this_rhs, this_raw, c)
             if (self%has_support(near) .or. self%has_support(near + 1)) then
                 call support(self, near, near + 1, 1, this_k, this_rhs, this_raw, c)
             end if
             if (self%has_support(far) .or. self%has_support(far - 1)) then
                 call support(self, far, far - 1, 2, this_k, this_rhs, this_raw, c)
             end if
-            call eliminate_node(this_k, c, this_rhs, next_k, next_rhs, self%kept_node(:, :, step), pivots)
+            call eliminate_node(this_k, c, this_rhs, k, rhs, self%kept_node(:, :, step), pivots)
             if (is_alone) then
-                k(1, :) = next_k(1, :)
-                rhs(1, :) = next_rhs(1, :)
-                raw(1, :) = next_raw(1, :)
+                k(2, :) = right_k
+                rhs(2, :) = right_rhs
+                raw(2, :) = right_raw
                 this_raw(2, :) = 0.0_wp
-            else
-                k = next_k
-                rhs = next_rhs
-                raw = next_raw
             end if
             self%end_residuals = max(self%end_residuals, abs(this_raw))
         end do
     end subroutine eliminate_pass
 
-    !> The blocks of a step: what is carried plus the near end of the next element less the external force
-    !> there (f1, f2), the element's coupling, its far end. The right element (part2, lane l2) is seen in the
-    !> mirror.
-    pure subroutine enter(part1, part2, l1, l2, f1, f2, k, rhs, raw, this_k, this_rhs, this_raw, c, next_k, &
-        next_rhs, &
-        next_raw)
+    !> The blocks of a step: what is carried (k, rhs, raw) plus the near end of the next element less the
+    !> external force there (f1, f2), the element's coupling; and its far end, to be carried on. The right
+    !> element (part2, lane l2) is seen in the mirror.
+    pure subroutine enter(part1, part2, l1, l2, f1, f2, k, rhs, raw, this_k, this_rhs, this_raw, c)
         real(wp), intent(in) :: part1(lanes, n_condensed), part2(lanes, n_condensed)
         integer, intent(in) :: l1, l2
         real(wp), intent(in) :: f1(n_fields), f2(n_fields)
-        real(wp), intent(in) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields)
-        real(wp), intent(out), dimension(pair, n_triangle) :: this_k, next_k
-        real(wp), intent(out), dimension(pair, n_fields) :: this_rhs, next_rhs, this_raw, next_raw
+        real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields)
+        real(wp), intent(out) :: this_k(pair, n_triangle)
+        real(wp), intent(out), dimension(pair, n_fields) :: this_rhs, this_raw
         real(wp), intent(out) :: c(pair, n_fields, n_fields)
         integer :: i, j
 
@@ -260,19 +258,19 @@ contains
         do j = 1, n_triangle
             this_k(1, j) = k(1, j) + part1(l1, at_ll + j)
             this_k(2, j) = k(2, j) + part2(l2, at_rr + j)
-            next_k(1, j) = part1(l1, at_rr + j)
-            next_k(2, j) = part2(l2, at_ll + j)
+            k(1, j) = part1(l1, at_rr + j)
+            k(2, j) = part2(l2, at_ll + j)
         end do
         !GCC$ unroll 5
         do j = 1, n_fields
             this_rhs(1, j) = rhs(1, j) + (part1(l1, at_l + j) - f1(j))
             this_rhs(2, j) = rhs(2, j) + (part2(l2, at_r + j) - f2(j))
-            next_rhs(1, j) = part1(l1, at_r + j)
-            next_rhs(2, j) = part2(l2, at_l + j)
+            rhs(1, j) = part1(l1, at_r + j)
+            rhs(2, j) = part2(l2, at_l + j)
             this_raw(1, j) = raw(1, j) + (part1(l1, at_raw + j) - f1(j))
             this_raw(2, j) = raw(2, j) + (part2(l2, at_raw + n_node + j) - f2(j))
-            next_raw(1, j) = part1(l1, at_raw + n_node + j)
-            next_raw(2, j) = part2(l2, at_raw + j)
+            raw(1, j) = part1(l1, at_raw + n_node + j)
+            raw(2, j) = part2(l2, at_raw + j)
             !GCC$ unroll 5
             do i = 1, n_fields
                 c(1, i, j) = part1(l1, at_lr + 5*(j - 1) + i)
@@ -377,17 +375,12 @@ contains
     pure subroutine recover_slot(self, slot, increment)
         class(block_t), intent(in) :: self
         integer, intent(in) :: slot
-        real(wp), intent(inout) :: increment(*)
+        real(wp), intent(inout), contiguous :: increment(:)
         real(wp) :: du(lanes, 3*n_fields)
         integer :: l, i, first
 
-        do l = 1, lanes
-            first = n_node*(min(self%slots%first(slot) + l - 1, self%slots%last(slot)) - 1)
-            do i = 1, n_fields
-                du(l, i) = increment(first + i)
-                du(l, n_node + i) = increment(first + n_node + i)
-            end do
-        end do
+        call self%slots%gather(slot, 0, n_fields, increment, du)
+        call self%slots%gather(slot, n_node, n_fields, increment, du(:, n_node + 1:))
         call recover_middle(self%slots%constants(:, :, self%slots%constants_of(slot)), self%kept(:, :, &
             slot), du)
         do l = 1, self%slots%last(slot) - self%slots%first(slot) + 1
