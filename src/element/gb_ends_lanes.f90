@@ -1,4 +1,5 @@
-!> What is left of the elements of gb_element_lanes at their end nodes when the middle node has been eliminated.
+!> What is left of the elements of gb_element_lanes at their end nodes when the middle node has been
+!> eliminated.
 module gb_ends_lanes
     use gb_kinds, only: wp
     use gb_lanes, only: lanes

@@ -1,5 +1,5 @@
-!> The middle node of the elements of gb_element_lanes: its part of the tangent, factorised, and what couples it
-!> to the ends, eliminated.
+!> The middle node of the elements of gb_element_lanes: its part of the tangent, factorised, and what
+!> couples it to the ends, eliminated.
 module gb_middle_lanes
     use gb_kinds, only: wp
     use gb_lanes, only: lanes

@@ -1,10 +1,11 @@
-!> What section_tangent (gb_section_lanes) sums up over the heights of a section: moments of the material's slopes
-!> and curvatures, and the dyads of chains with a limit.
+!> What section_tangent (gb_section_lanes) sums up over the heights of a section: moments of the material's
+!> slopes and curvatures, and the dyads of chains with a limit.
 module gb_moments_lanes
     use gb_kinds, only: wp
     use gb_lanes, only: lanes
     use gb_element_columns, only: n_strains, n_section, n_moments, at_mu, at_log, at_power, at_bend, &
-        at_minus_beta, at_inverse_jm, at_middle, p0, p1, p2, p3, p4, g0, g1, g2, g3, r00, r01, r11, r02, r12, r22
+        at_minus_beta, at_inverse_jm, at_middle, p0, p1, p2, p3, p4, g0, g1, g2, g3, r00, r01, r11, r02, &
+        r12, r22
     implicit none
     private
 

@@ -423,7 +423,8 @@ contains
         do s = 1, self%slots%n_slots
             call self%slots%gather(s, 0, 3*n_fields, u, fields)
             call stored_energy(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
-                self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(s)), fields, part, room)
+                self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(s)), fields, &
+                part, room)
             energy = energy + sum(part(:self%slots%last(s) - self%slots%first(s) + 1))
         end do
         admissible = all(room > 0.0_wp)

@@ -270,7 +270,8 @@ contains
         end if
     end subroutine solve
 
-    !> Take nodes into the largest values of the fields, and into `check`: 0 times infinities and NaNs is a NaN.
+    !> Take nodes into the largest values of the fields, and into `check`: 0 times infinities and NaNs is a
+    !> NaN.
     pure subroutine measure(nodes, x, norm, check)
         integer, intent(in) :: nodes
         real(wp), intent(in) :: x(lanes, n_fields, nodes)
