@@ -8,7 +8,7 @@ module gb_block
     use gb_element_columns, only: n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw
     use gb_element_lanes, only: condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
-    use gb_blocks_pair, only: n_triangle, n_kept_node, eliminate_node, back_substitute
+    use gb_blocks_pair, only: n_triangle, n_kept_node, eliminate_node, eliminate_last_node, back_substitute
     use gb_stage, only: stage_t
     use gb_system, only: system_t
     use gb_slots, only: slots_t, n_node, pass_slots
@@ -59,6 +59,7 @@ contains
         end do
         allocate (self%kept(lanes, n_kept, self%slots%n_slots))
         allocate (self%kept_node(pair, n_kept_node, (n + 1)/2 + 1))
+        self%kept_node(:, :, (n + 1)/2 + 1) = 0.0_wp
     end subroutine set_up
 
     subroutine evaluate(self, system, stage, u, admissible)
@@ -317,7 +318,7 @@ contains
         class(block_t), intent(inout) :: self
         real(wp), intent(in) :: f_external(:)
         real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
-        real(wp) :: c(pair, n_fields, n_fields), next_k(pair, n_triangle), next_rhs(pair, n_fields)
+        real(wp) :: no_coupling(pair, n_fields, n_fields)
         integer :: steps, lane, i
 
         steps = (self%n_elements + 1)/2
@@ -328,14 +329,11 @@ contains
             rhs(:, i) = rhs(1, i) + rhs(2, i) - f_external(n_node*steps + i)
             raw(:, i) = raw(1, i) + raw(2, i) - f_external(n_node*steps + i)
         end do
-        c = 0.0_wp
         do lane = 1, pair
-            call support(self, steps, steps, lane, k, rhs, raw, c)
+            call support(self, steps, steps, lane, k, rhs, raw, no_coupling)
         end do
         self%end_residuals = max(self%end_residuals, abs(raw))
-        next_k = 0.0_wp
-        next_rhs = 0.0_wp
-        call eliminate_node(k, c, rhs, next_k, next_rhs, self%kept_node(:, :, steps + 1), pivots)
+        call eliminate_last_node(k, rhs, self%kept_node(:, :, steps + 1), pivots)
     end subroutine eliminate_last
 
     !> Back from the middle of the beam to its ends, and from the ends of the elements to their middles.

@@ -8,7 +8,7 @@ module gb_chain_lanes
     use gb_element_columns, only: n_element, n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw
     use gb_element_lanes, only: condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
-    use gb_blocks_lanes, only: n_triangle, n_kept_node, eliminate_node, back_substitute
+    use gb_blocks_lanes, only: n_triangle, n_kept_node, eliminate_node, eliminate_last_node, back_substitute
     use gb_slots, only: element_constants, has_square_power, has_chain_limit
     use gb_stage, only: stage_t
     use gb_system, only: system_t
@@ -60,6 +60,7 @@ contains
                 self%has_support(e) = any(self%is_held(:, e))
             end do
             allocate (self%kept(lanes, n_kept, n), self%kept_node(lanes, n_kept_node, 0:n))
+            self%kept_node(:, :, n) = 0.0_wp
         end associate
     end subroutine set_up
 
@@ -230,17 +231,15 @@ contains
         real(wp), intent(in) :: part(lanes, n_condensed), f(lanes, n_fields)
         real(wp), intent(inout) :: pivot(lanes)
         real(wp) :: k(lanes, n_triangle), r(lanes, n_fields), raw(lanes, n_fields)
-        real(wp) :: c(lanes, n_fields, n_fields), next_k(lanes, n_triangle), next_r(lanes, n_fields)
+        real(wp) :: no_coupling(lanes, n_fields, n_fields)
 
         k = part(:, at_rr + 1:at_rr + n_triangle)
         r = part(:, at_r + 1:at_r + n_fields) - f
         raw = part(:, raw_right + 1:raw_right + n_fields) - f
-        c = 0.0_wp
-        next_k = 0.0_wp
-        next_r = 0.0_wp
-        if (self%has_support(self%n_elements)) call hold(self%is_held(:, self%n_elements), k, r, c, raw)
+        if (self%has_support(self%n_elements)) call hold(self%is_held(:, self%n_elements), k, r, no_coupling, &
+            raw)
         self%residuals = max(self%residuals, abs(raw))
-        call eliminate_node(k, c, r, next_k, next_r, self%kept_node(:, :, self%n_elements), pivot)
+        call eliminate_last_node(k, r, self%kept_node(:, :, self%n_elements), pivot)
     end subroutine eliminate_last
 
     !> Increments of all nodes, from the right end to the left one, and the largest of each field; `check` is
