@@ -155,17 +155,17 @@ contains
         real(wp) :: f(lanes, n_fields)
         integer :: i
 
-        call self%slots%gather(slot, 0, 3*n_fields, u_e, fields)
+        call self%slots%gather(slot, 0, 3, u_e, fields)
         if (stage%mass_factor > 0.0_wp) then
-            call self%slots%gather(slot, 0, 3*n_fields, stage%u_mass, u_mass)
+            call self%slots%gather(slot, 0, 3, stage%u_mass, u_mass)
             if (stage%force_factor < 1.0_wp) then
-                call self%slots%gather(slot, 0, 3*n_fields, u, a)
+                call self%slots%gather(slot, 0, 3, u, a)
                 a = stage%mass_factor*(a - u_mass)
             else
                 a = stage%mass_factor*(fields - u_mass)
             end if
         end if
-        call self%slots%gather(slot, n_fields, n_fields, stage%f_external, f)
+        call self%slots%gather(slot, 1, 1, stage%f_external, f)
         call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
             self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(slot)), &
             stage%mass_factor/stage%force_factor, fields, a, f, part, self%kept(:, :, slot), room, pivot)
@@ -377,8 +377,8 @@ contains
         real(wp) :: du(lanes, 3*n_fields)
         integer :: l, i, first
 
-        call self%slots%gather(slot, 0, n_fields, increment, du)
-        call self%slots%gather(slot, n_node, n_fields, increment, du(:, n_node + 1:))
+        call self%slots%gather(slot, 0, 1, increment, du)
+        call self%slots%gather(slot, 2, 1, increment, du(:, n_node + 1:))
         call recover_middle(self%slots%constants(:, :, self%slots%constants_of(slot)), self%kept(:, :, &
             slot), du)
         do l = 1, self%slots%last(slot) - self%slots%first(slot) + 1
@@ -419,7 +419,7 @@ contains
         energy = 0.0_wp
         room = 1.0_wp
         do s = 1, self%slots%n_slots
-            call self%slots%gather(s, 0, 3*n_fields, u, fields)
+            call self%slots%gather(s, 0, 3, u, fields)
             call stored_energy(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
                 self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(s)), fields, &
                 part, room)
@@ -437,7 +437,7 @@ contains
 
         kinetic_energy = 0.0_wp
         do s = 1, self%slots%n_slots
-            call self%slots%gather(s, 0, 3*n_fields, v, fields)
+            call self%slots%gather(s, 0, 3, v, fields)
             call lane_kinetic_energy(self%slots%constants(:, :, self%slots%constants_of(s)), fields, part)
             kinetic_energy = kinetic_energy + sum(part(:self%slots%last(s) - self%slots%first(s) + 1))
         end do
