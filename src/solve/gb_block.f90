@@ -289,16 +289,12 @@ contains
         integer :: i, j
 
         if (self%has_support(node)) then
+            !GCC$ unroll 5
             do i = 1, n_fields
                 if (.not. self%is_held(i, node)) cycle
-                do j = 1, i
-                    k(lane, i*(i - 1)/2 + j) = 0.0_wp
-                end do
-                do j = i, n_fields
-                    k(lane, j*(j - 1)/2 + i) = 0.0_wp
-                    c(lane, i, j) = 0.0_wp
-                end do
-                do j = 1, i
+                !GCC$ unroll 5
+                do j = 1, n_fields
+                    k(lane, max(i, j)*(max(i, j) - 1)/2 + min(i, j)) = 0.0_wp
                     c(lane, i, j) = 0.0_wp
                 end do
                 k(lane, i*(i + 1)/2) = 1.0_wp

@@ -202,8 +202,10 @@ contains
         real(wp), intent(inout) :: raw(lanes, n_fields)
         integer :: i, j
 
+        !GCC$ unroll 5
         do i = 1, n_fields
             if (.not. is_held(i)) cycle
+            !GCC$ unroll 5
             do j = 1, n_fields
                 k(:, max(i, j)*(max(i, j) - 1)/2 + min(i, j)) = 0.0_wp
                 c(:, i, j) = 0.0_wp
