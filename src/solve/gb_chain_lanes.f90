@@ -238,8 +238,9 @@ contains
         k = part(:, at_rr + 1:at_rr + n_triangle)
         r = part(:, at_r + 1:at_r + n_fields) - f
         raw = part(:, raw_right + 1:raw_right + n_fields) - f
-        if (self%has_support(self%n_elements)) call hold(self%is_held(:, self%n_elements), k, r, no_coupling, &
-            raw)
+        if (self%has_support(self%n_elements)) then
+            call hold(self%is_held(:, self%n_elements), k, r, no_coupling, raw)
+        end if
         self%residuals = max(self%residuals, abs(raw))
         call eliminate_last_node(k, r, self%kept_node(:, :, self%n_elements), pivot)
     end subroutine eliminate_last
