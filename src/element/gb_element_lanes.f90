@@ -107,7 +107,8 @@ contains
         end do
     end subroutine join_stresses
 
-    !> Residual of the inertia.
+    !> Residual of the inertia: with B = bubble (p - E/2) a motion is S - B (1-s^2) + s E length/4 on the
+    !> parent interval, and its consistent mass is exact: mass (S^2 - 4/3 S B + 8/15 B^2 + swing E^2).
     pure subroutine add_inertia(con, a, r)
         real(wp), intent(in) :: con(lanes, n_element), a(lanes, n_fields, 3)
         real(wp), intent(inout) :: r(lanes, n_fields, 0:2)

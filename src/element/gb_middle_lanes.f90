@@ -1,5 +1,6 @@
 !> The middle node of the elements of gb_element_lanes: its part of the tangent, factorised, and what
-!> couples it to the ends, eliminated.
+!> couples it to the ends, eliminated. Parts of the tangent are formed from the Hessians where they are used:
+!> they need not be stored then, and fit the registers.
 module gb_middle_lanes
     use gb_kinds, only: wp
     use gb_lanes, only: lanes
@@ -90,7 +91,7 @@ contains
         end do
     end subroutine couple_slope
 
-    !> The same of S: pS + qS - 2 qS with pS = h1_sv - kappa h2_vv and qS = h2_sv + kappa h1_vv.
+    !> The same of S: pS - qS with pS = h1_sv - kappa h2_vv and qS = h2_sv + kappa h1_vv.
     pure subroutine couple_mean(con, mass, h1, h2, j, y)
         real(wp), intent(in) :: con(lanes, n_element), mass(lanes, n_fields)
         real(wp), intent(in), dimension(lanes, n_strains, n_strains) :: h1, h2

@@ -1,5 +1,6 @@
 !> What section_tangent (gb_section_lanes) sums up over the heights of a section: moments of the material's
-!> slopes and curvatures, and the dyads of chains with a limit.
+!> slopes and curvatures, and the dyads of chains with a limit. What follows a choice between two numbers is a
+!> loop of its own: in the same one the compiler makes a branch of the choice.
 module gb_moments_lanes
     use gb_kinds, only: wp
     use gb_lanes, only: lanes

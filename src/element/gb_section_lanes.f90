@@ -24,9 +24,9 @@ module gb_section_lanes
 
 contains
 
-    !> Gradient s and Hessian h (upper triangle, i <= j) of the energy. Where `room`, the smallest of J and
-    !> 1 - (I1-2)/jm over the heights, is not positive the state is inadmissible: the lane's s and h are
-    !> finite and meaningless.
+    !> Gradient s and Hessian h (upper triangle, i <= j) of the energy. Where `room`, the smallest of J and,
+    !> with a limit, 1 - (I1-2)/jm over the heights, is not positive the state is inadmissible: the lane's s
+    !> and h are finite and meaningless. A limit that is not felt is looked at once a step (gb_energy_lanes).
     pure subroutine section_tangent(pairs, has_middle, is_square, has_limit, con, g, s, h, room)
         integer, intent(in) :: pairs                        !! pairs of heights
         logical, intent(in) :: has_middle                   !! whether there is a height z = 0
@@ -41,6 +41,7 @@ contains
         real(wp) :: bend(lanes)
         integer :: k, i, j
 
+        ! Column by column: an array as a whole is cleared by a string instruction, which is slow to start.
         !GCC$ unroll 15
         do i = 1, n_moments
             m(:, i) = 0.0_wp
