@@ -1,7 +1,7 @@
 # The lane kernels (src/element/gb_lanes.F90): how many elements or beams go side by side, and how these files
 # are compiled. AUTO takes what fills one vector register of the processor that GENTBEAM_MARCH names; of
-# AVX-512 half a register, which most beams fill: those of 10 elements take a tenth less than with 8 lanes,
-# those of 1000 a twentieth more.
+# AVX-512 half a register: eight members of a study take as long a member as four (its 32 registers are what
+# helps), and single beams of 10 elements, which do not fill eight lanes, a tenth less.
 set(GENTBEAM_LANES "AUTO" CACHE STRING "Elements side by side in the lane kernels: AUTO, 1, 2, 4, 8 or 16")
 set_property(CACHE GENTBEAM_LANES PROPERTY STRINGS AUTO 1 2 4 8 16)
 
@@ -32,11 +32,12 @@ endif()
 message(STATUS "Lane kernels: ${lanes} lanes")
 
 # gfortran 12 peels short loops to scalars before it vectorises them; with these options every loop over lanes
-# becomes one vector instruction a statement.
+# becomes one vector instruction a statement. Two passes keep numbers in registers from one statement to
+# others far away, more of them than there are registers, which costs stores and loads: off with them.
 set(lane_options)
 if(CMAKE_Fortran_COMPILER_ID STREQUAL "GNU")
     set(lane_options -ftree-vectorize -fvect-cost-model=dynamic -fno-tree-loop-distribute-patterns
-        --param=max-completely-peel-times=1)
+        --param=max-completely-peel-times=1 -fno-gcse -fno-tree-ter)
     if(register_reals EQUAL 8 AND NOT lanes LESS 8)
         list(APPEND lane_options -mprefer-vector-width=512)
     endif()

@@ -5,10 +5,9 @@ module gb_energy_lanes
     use gb_kinds, only: wp, log1p
     use gb_lanes, only: lanes
     use gb_fields, only: n_fields
-    use gb_section_lanes, only: n_strains, at_mu, at_log, at_power, at_minus_beta, at_inverse_jm, &
-        at_middle, at_z, &
-        at_weight
-    use gb_element_lanes, only: n_element, at_slope, at_swing, at_mass, strains
+    use gb_element_columns, only: n_strains, n_element, at_mu, at_log, at_power, at_minus_beta, &
+        at_inverse_jm, at_middle, at_z, at_weight, at_slope, at_swing, at_mass
+    use gb_element_lanes, only: strains
     implicit none
     private
 
@@ -20,9 +19,9 @@ module gb_energy_lanes
 contains
 
     !> Strain energy of every lane's element [F L]; meaningless where room is not positive.
-    pure subroutine stored_energy(pairs, has_middle, is_square, con, u, energy, room)
+    pure subroutine stored_energy(pairs, has_middle, is_square, has_limit, con, u, energy, room)
         integer, intent(in) :: pairs
-        logical, intent(in) :: has_middle, is_square
+        logical, intent(in) :: has_middle, is_square, has_limit     !! as section_tangent's
         real(wp), intent(in) :: con(lanes, n_element)
         real(wp), intent(in) :: u(lanes, n_fields, 3)       !! fields at left, middle and right node
         real(wp), intent(out) :: energy(lanes)
@@ -39,7 +38,7 @@ contains
             power = 0.0_wp
             call gather_point(is_square, con, spread(0.0_wp, 1, lanes), g1, x, t, power, room)
             call gather_point(is_square, con, spread(0.0_wp, 1, lanes), g2, x, t, power, room)
-            call add_logarithms(con, con(:, at_middle), x, t, power, energy)
+            call add_logarithms(has_limit, con, con(:, at_middle), x, t, power, energy)
         end if
         do k = 1, pairs
             x = 0.0_wp
@@ -49,7 +48,7 @@ contains
             call gather_point(is_square, con, -con(:, at_z + k), g1, x, t, power, room)
             call gather_point(is_square, con, con(:, at_z + k), g2, x, t, power, room)
             call gather_point(is_square, con, -con(:, at_z + k), g2, x, t, power, room)
-            call add_logarithms(con, con(:, at_weight + k), x, t, power, energy)
+            call add_logarithms(has_limit, con, con(:, at_weight + k), x, t, power, energy)
         end do
     end subroutine stored_energy
 
@@ -87,7 +86,9 @@ contains
         end if
     end subroutine gather_point
 
-    pure subroutine add_logarithms(con, weight, x, t, power, energy)
+    !> Where no limit is felt, ln(1 + t) is t to the last digit.
+    pure subroutine add_logarithms(has_limit, con, weight, x, t, power, energy)
+        logical, intent(in) :: has_limit
         real(wp), intent(in) :: con(lanes, n_element)
         real(wp), intent(in), dimension(lanes) :: weight, x, t, power
         real(wp), intent(inout) :: energy(lanes)
@@ -96,8 +97,13 @@ contains
 
         do l = 1, lanes
             log_j(l) = log1p(x(l))
-            log_room(l) = log1p(t(l))
+            log_room(l) = t(l)
         end do
+        if (has_limit) then
+            do l = 1, lanes
+                log_room(l) = log1p(t(l))
+            end do
+        end if
         energy = energy + weight*(con(:, at_power)/con(:, at_minus_beta)*power - con(:, at_log)*log_j &
             - 0.5_wp*con(:, at_mu)*log_room/max(con(:, at_inverse_jm), least_inverse_jm))
     end subroutine add_logarithms

@@ -12,38 +12,21 @@
 !> Gauss points come in pairs +-z and, for an odd number, one at z = 0, where most terms vanish. Chains
 !> without a limit (jm beyond round-off, neo-Hookean) have phi'' = 0: no dyads.
 module gb_section_lanes
-    use gb_kinds, only: wp, log1p
+    use gb_kinds, only: wp
     use gb_lanes, only: lanes
+    use gb_element_columns, only: n_strains, n_section, n_moments, max_pairs, at_z, at_weight, &
+        p0, p1, p2, p3, p4, g0, g1, g2, g3, r00, r01, r11, r02, r12, r22
+    use gb_moments_lanes, only: measure_middle, measure_pair
     implicit none
     private
-
-    integer, parameter, public :: max_pairs = 5             !! pairs of heights at most
-    integer, parameter, public :: n_strains = 8
-
-    !> Columns of the constants that a section's kernels read, con(lanes, n_section).
-    integer, parameter, public :: at_mu = 1                 !! mu [F/L^2]
-    integer, parameter, public :: at_log = 2                !! mu - c/beta, which multiplies -ln J [F/L^2]
-    integer, parameter, public :: at_power = 3              !! -c/beta [F/L^2]
-    integer, parameter, public :: at_bend = 4               !! (c/beta) (beta + 1) [F/L^2]
-    integer, parameter, public :: at_minus_beta = 5         !! -beta [-]
-    integer, parameter, public :: at_inverse_jm = 6         !! 1/jm [-]
-    integer, parameter, public :: at_middle = 7             !! weight of the height z = 0
-    integer, parameter, public :: at_z = 7                  !! + k: height of the k-th pair [L]
-    integer, parameter, public :: at_weight = at_z + max_pairs  !! + k: weight of each point of the k-th pair
-    integer, parameter, public :: n_section = at_weight + max_pairs
-
-    !> Columns of the moments over the section. P = 2 phi' weight times z^0 ... z^4; G = psi' weight times
-    !> z^0 ... z^3; R = psi'' weight times products of q, q zeta and dJ/dxi.
-    integer, parameter :: p0 = 1, p1 = 2, p2 = 3, p3 = 4, p4 = 5, g0 = 6, g1 = 7, g2 = 8, g3 = 9, &
-        r00 = 10, r01 = 11, r11 = 12, r02 = 13, r12 = 14, r22 = 15, n_moments = 15
 
     public :: section_tangent
 
 contains
 
-    !> Gradient s and Hessian h (upper triangle, i <= j) of the energy. Where `room`, the smallest of J and
-    !> 1 - (I1-2)/jm over the heights, is not positive the state is inadmissible: the lane's s and h are
-    !> finite and meaningless.
+    !> Gradient s and Hessian h (upper triangle, i <= j) of the energy. Where `room`, the smallest of J and,
+    !> with a limit, 1 - (I1-2)/jm over the heights, is not positive the state is inadmissible: the lane's s
+    !> and h are finite and meaningless. A limit that is not felt is looked at once a step (gb_energy_lanes).
     pure subroutine section_tangent(pairs, has_middle, is_square, has_limit, con, g, s, h, room)
         integer, intent(in) :: pairs                        !! pairs of heights
         logical, intent(in) :: has_middle                   !! whether there is a height z = 0
@@ -58,9 +41,15 @@ contains
         real(wp) :: bend(lanes)
         integer :: k, i, j
 
-        m = 0.0_wp
-        bend = 0.0_wp
-        if (has_middle) call measure_middle(is_square, con, g, m, bend, room)
+        ! Column by column: an array as a whole is cleared by a string instruction, which is slow to start.
+        !GCC$ unroll 15
+        do i = 1, n_moments
+            m(:, i) = 0.0_wp
+        end do
+        do i = 1, lanes
+            bend(i) = 0.0_wp
+        end do
+        if (has_middle) call measure_middle(is_square, has_limit, con, g, m, bend, room)
         do k = 1, pairs
             call measure_pair(is_square, has_limit, con, con(:, at_z + k), con(:, at_weight + k), g, m, &
                 v(:, :, :, k), pv(:, :, :, k), room)
@@ -78,247 +67,6 @@ contains
             end do
         end do
     end subroutine section_tangent
-
-    !> J^-beta.
-    pure subroutine power_of_j(is_square, con, j, power)
-        logical, intent(in) :: is_square
-        real(wp), intent(in) :: con(lanes, n_section), j(lanes)
-        real(wp), intent(out) :: power(lanes)
-
-        if (is_square) then
-            power = j*j
-        else
-            power = j**con(:, at_minus_beta)
-        end if
-    end subroutine power_of_j
-
-    !> The height z = 0: f = a, q = 1, zeta = 0. Its moments, and the factor of its dyad, 4 phi'' weight.
-    pure subroutine measure_middle(is_square, con, g, m, bend, room)
-        logical, intent(in) :: is_square
-        real(wp), intent(in) :: con(lanes, n_section), g(lanes, n_strains)
-        real(wp), intent(inout) :: m(lanes, n_moments), bend(lanes), room(lanes)
-        real(wp), dimension(lanes) :: j, left, power
-        real(wp) :: a1, a3, d1, d3, inverse, by_room, by_j
-        integer :: l
-
-        do l = 1, lanes
-            a1 = 1.0_wp + g(l, 1)
-            a3 = g(l, 2)
-            d1 = g(l, 6)
-            d3 = 1.0_wp + g(l, 7)
-            j(l) = a1*d3 - a3*d1
-            left(l) = 1.0_wp - (a1*a1 + a3*a3 + d1*d1 + d3*d3 - 2.0_wp)*con(l, at_inverse_jm)
-            room(l) = min(room(l), j(l), left(l))
-            j(l) = merge(j(l), 1.0_wp, j(l) > 0.0_wp)
-            left(l) = merge(left(l), 1.0_wp, left(l) > 0.0_wp)
-        end do
-        call power_of_j(is_square, con, j, power)
-        do l = 1, lanes
-            inverse = 1.0_wp/(j(l)*left(l))
-            by_room = inverse*j(l)
-            by_j = inverse*left(l)
-            m(l, p0) = con(l, at_middle)*con(l, at_mu)*by_room
-            m(l, g0) = con(l, at_middle)*(con(l, at_power)*power(l) - con(l, at_log))*by_j
-            m(l, r00) = con(l, at_middle)*(con(l, at_bend)*power(l) + con(l, at_log))*by_j*by_j
-            bend(l) = 2.0_wp*m(l, p0)*con(l, at_inverse_jm)*by_room
-        end do
-    end subroutine measure_middle
-
-    !> A pair of heights +-z: their moments, and for their dyads v = dI1/2 and pv = 4 phi'' weight v.
-    pure subroutine measure_pair(is_square, has_limit, con, z, weight, g, m, v, pv, room)
-        logical, intent(in) :: is_square, has_limit
-        real(wp), intent(in) :: con(lanes, n_section)
-        real(wp), intent(in) :: z(lanes), weight(lanes)
-        real(wp), intent(in) :: g(lanes, n_strains)
-        real(wp), intent(inout) :: m(lanes, n_moments), room(lanes)
-        real(wp), intent(inout) :: v(lanes, n_strains, 2), pv(lanes, n_strains, 2)
-        real(wp), dimension(lanes, 2) :: j, left, f1, f3, power, by_room, p, gj, r
-
-        call invariants_of_pair(con, z, g, j, left, f1, f3, room)
-        call power_of_j(is_square, con, j(:, 1), power(:, 1))
-        call power_of_j(is_square, con, j(:, 2), power(:, 2))
-        call weigh_pair(con, weight, j, left, power, by_room, p, gj, r)
-        if (has_limit) then
-            call gradients_of_pair(z, g, f1, f3, v)
-            call bend_pair(con, by_room, p, v, pv)
-        end if
-        call add_moments(z, g, p, gj, r, m)
-    end subroutine measure_pair
-
-    !> J and 1 - (I1-2)/jm (both replaced by 1 where not positive), and (F11, F31), at the heights +z and -z.
-    pure subroutine invariants_of_pair(con, z, g, j, left, f1, f3, room)
-        real(wp), intent(in) :: con(lanes, n_section), z(lanes), g(lanes, n_strains)
-        real(wp), intent(out), dimension(lanes, 2) :: j, left, f1, f3
-        real(wp), intent(inout) :: room(lanes)
-        real(wp) :: a1, a3, e1, e3, d1, d3, xi, h, hh, even1, even3, odd1, odd3, dd, a, b, xz, q, k, jj, ll
-        integer :: l
-
-        do l = 1, lanes
-            a1 = 1.0_wp + g(l, 1)
-            a3 = g(l, 2)
-            e1 = g(l, 3)
-            e3 = g(l, 4)
-            d1 = g(l, 6)
-            d3 = 1.0_wp + g(l, 7)
-            xi = g(l, 8)
-            h = z(l)
-            hh = h*h
-            k = hh*g(l, 5)
-            xz = xi*hh
-            even1 = a1 + xz*e1 + k*d1
-            even3 = a3 + xz*e3 + k*d3
-            odd1 = h*e1
-            odd3 = h*e3
-            dd = d1*d1 + d3*d3
-            a = a1*d3 - a3*d1
-            b = e1*d3 - e3*d1
-            ! at +z
-            q = 1.0_wp + 2.0_wp*xi*h
-            f1(l, 1) = even1 + odd1
-            f3(l, 1) = even3 + odd3
-            jj = q*(a + (xz + h)*b)
-            ll = 1.0_wp - (f1(l, 1)*f1(l, 1) + f3(l, 1)*f3(l, 1) + q*q*dd - 2.0_wp)*con(l, at_inverse_jm)
-            room(l) = min(room(l), jj, ll)
-            j(l, 1) = merge(jj, 1.0_wp, jj > 0.0_wp)
-            left(l, 1) = merge(ll, 1.0_wp, ll > 0.0_wp)
-            ! at -z
-            q = 1.0_wp - 2.0_wp*xi*h
-            f1(l, 2) = even1 - odd1
-            f3(l, 2) = even3 - odd3
-            jj = q*(a + (xz - h)*b)
-            ll = 1.0_wp - (f1(l, 2)*f1(l, 2) + f3(l, 2)*f3(l, 2) + q*q*dd - 2.0_wp)*con(l, at_inverse_jm)
-            room(l) = min(room(l), jj, ll)
-            j(l, 2) = merge(jj, 1.0_wp, jj > 0.0_wp)
-            left(l, 2) = merge(ll, 1.0_wp, ll > 0.0_wp)
-        end do
-    end subroutine invariants_of_pair
-
-    !> dI1/2 at the heights +z and -z.
-    pure subroutine gradients_of_pair(z, g, f1, f3, v)
-        real(wp), intent(in) :: z(lanes), g(lanes, n_strains)
-        real(wp), intent(in), dimension(lanes, 2) :: f1, f3
-        real(wp), intent(out) :: v(lanes, n_strains, 2)
-        real(wp) :: d1, d3, xi, h, hh, dd, q, qq, zeta, k
-        integer :: l, side
-
-        !GCC$ unroll 2
-        do side = 1, 2
-            do l = 1, lanes
-                d1 = g(l, 6)
-                d3 = 1.0_wp + g(l, 7)
-                xi = g(l, 8)
-                h = merge(z(l), -z(l), side == 1)
-                hh = h*h
-                k = hh*g(l, 5)
-                dd = d1*d1 + d3*d3
-                q = 1.0_wp + 2.0_wp*xi*h
-                qq = q*q
-                zeta = xi*hh + h
-                v(l, 1, side) = f1(l, side)
-                v(l, 2, side) = f3(l, side)
-                v(l, 3, side) = zeta*f1(l, side)
-                v(l, 4, side) = zeta*f3(l, side)
-                v(l, 5, side) = hh*(d1*f1(l, side) + d3*f3(l, side))
-                v(l, 6, side) = k*f1(l, side) + qq*d1
-                v(l, 7, side) = k*f3(l, side) + qq*d3
-                v(l, 8, side) = hh*(g(l, 3)*f1(l, side) + g(l, 4)*f3(l, side)) + 2.0_wp*h*q*dd
-            end do
-        end do
-    end subroutine gradients_of_pair
-
-    !> Slopes and curvatures of the energy at both heights, times weight: p = 2 phi', gj = psi', r = psi'';
-    !> and by_room = 1/(1 - (I1-2)/jm).
-    pure subroutine weigh_pair(con, weight, j, left, power, by_room, p, gj, r)
-        real(wp), intent(in) :: con(lanes, n_section), weight(lanes)
-        real(wp), intent(in), dimension(lanes, 2) :: j, left, power
-        real(wp), intent(out), dimension(lanes, 2) :: by_room, p, gj, r
-        real(wp) :: inverse, by_j
-        integer :: l, side
-
-        !GCC$ unroll 2
-        do side = 1, 2
-            do l = 1, lanes
-                inverse = 1.0_wp/(j(l, side)*left(l, side))
-                by_j = inverse*left(l, side)
-                by_room(l, side) = inverse*j(l, side)
-                p(l, side) = weight(l)*con(l, at_mu)*by_room(l, side)
-                gj(l, side) = weight(l)*(con(l, at_power)*power(l, side) - con(l, at_log))*by_j
-                r(l, side) = weight(l)*(con(l, at_bend)*power(l, side) + con(l, at_log))*by_j*by_j
-            end do
-        end do
-    end subroutine weigh_pair
-
-    !> pv = 4 phi'' weight v at both heights.
-    pure subroutine bend_pair(con, by_room, p, v, pv)
-        real(wp), intent(in) :: con(lanes, n_section)
-        real(wp), intent(in), dimension(lanes, 2) :: by_room, p
-        real(wp), intent(in) :: v(lanes, n_strains, 2)
-        real(wp), intent(out) :: pv(lanes, n_strains, 2)
-        real(wp) :: bend(lanes)
-        integer :: i, side
-
-        !GCC$ unroll 2
-        do side = 1, 2
-            bend = 2.0_wp*p(:, side)*con(:, at_inverse_jm)*by_room(:, side)
-            !GCC$ unroll 8
-            do i = 1, n_strains
-                pv(:, i, side) = bend*v(:, i, side)
-            end do
-        end do
-    end subroutine bend_pair
-
-    !> m <- m + the moments of a pair of heights.
-    pure subroutine add_moments(z, g, p, gj, r, m)
-        real(wp), intent(in) :: z(lanes), g(lanes, n_strains)
-        real(wp), intent(in), dimension(lanes, 2) :: p, gj, r
-        real(wp), intent(inout) :: m(lanes, n_moments)
-        real(wp) :: h, hh, even, odd, a, b, xi, q, qz, x, rq, rz
-        integer :: l
-
-        do l = 1, lanes
-            h = z(l)
-            hh = h*h
-            xi = g(l, 8)
-            even = p(l, 1) + p(l, 2)
-            odd = h*(p(l, 1) - p(l, 2))
-            m(l, p0) = m(l, p0) + even
-            m(l, p1) = m(l, p1) + odd
-            m(l, p2) = m(l, p2) + hh*even
-            m(l, p3) = m(l, p3) + hh*odd
-            m(l, p4) = m(l, p4) + hh*hh*even
-            even = gj(l, 1) + gj(l, 2)
-            odd = h*(gj(l, 1) - gj(l, 2))
-            m(l, g0) = m(l, g0) + even
-            m(l, g1) = m(l, g1) + odd
-            m(l, g2) = m(l, g2) + hh*even
-            m(l, g3) = m(l, g3) + hh*odd
-            a = (1.0_wp + g(l, 1))*(1.0_wp + g(l, 7)) - g(l, 2)*g(l, 6)
-            b = g(l, 3)*(1.0_wp + g(l, 7)) - g(l, 4)*g(l, 6)
-            ! at +z, then at -z
-            q = 1.0_wp + 2.0_wp*xi*h
-            qz = q*(h + xi*hh)
-            x = 2.0_wp*h*a + (3.0_wp*hh + 4.0_wp*xi*hh*h)*b
-            rq = r(l, 1)*q
-            rz = r(l, 1)*qz
-            m(l, r00) = m(l, r00) + rq*q
-            m(l, r01) = m(l, r01) + rq*qz
-            m(l, r02) = m(l, r02) + rq*x
-            m(l, r11) = m(l, r11) + rz*qz
-            m(l, r12) = m(l, r12) + rz*x
-            m(l, r22) = m(l, r22) + r(l, 1)*x*x
-            q = 1.0_wp - 2.0_wp*xi*h
-            qz = q*(xi*hh - h)
-            x = -2.0_wp*h*a + (3.0_wp*hh - 4.0_wp*xi*hh*h)*b
-            rq = r(l, 2)*q
-            rz = r(l, 2)*qz
-            m(l, r00) = m(l, r00) + rq*q
-            m(l, r01) = m(l, r01) + rq*qz
-            m(l, r02) = m(l, r02) + rq*x
-            m(l, r11) = m(l, r11) + rz*qz
-            m(l, r12) = m(l, r12) + rz*x
-            m(l, r22) = m(l, r22) + r(l, 2)*x*x
-        end do
-    end subroutine add_moments
 
     !> s = dPhi/dg.
     pure subroutine gradient_of_moments(g, m, s)

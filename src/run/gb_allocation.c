@@ -48,9 +48,20 @@ void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);
 void *__real_realloc(void *memory, size_t size);
 
+/* Arrays begin with a line of the cache: of vectors that do not, every second one lies in two lines. */
+static void *in_whole_lines(size_t size)
+{
+    const size_t line = 64;
+    void *memory;
+
+    return posix_memalign(&memory, line, size) ? NULL : memory;
+}
+
 void *__wrap_malloc(size_t size)
 {
-    return got(__real_malloc(size), size);
+    const size_t worthwhile = 1024;
+
+    return got(size < worthwhile ? __real_malloc(size) : in_whole_lines(size), size);
 }
 
 void *__wrap_calloc(size_t count, size_t size)

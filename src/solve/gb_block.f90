@@ -5,11 +5,10 @@ module gb_block
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes, pair
-    use gb_element_lanes, only: n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw, &
-        condense_element, &
-        recover_middle
+    use gb_element_columns, only: n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw
+    use gb_element_lanes, only: condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
-    use gb_blocks_pair, only: n_triangle, n_kept_node, eliminate_node, back_substitute
+    use gb_blocks_pair, only: n_triangle, n_kept_node, eliminate_node, eliminate_last_node, back_substitute
     use gb_stage, only: stage_t
     use gb_system, only: system_t
     use gb_slots, only: slots_t, n_node, pass_slots
@@ -60,6 +59,7 @@ contains
         end do
         allocate (self%kept(lanes, n_kept, self%slots%n_slots))
         allocate (self%kept_node(pair, n_kept_node, (n + 1)/2 + 1))
+        self%kept_node(:, :, (n + 1)/2 + 1) = 0.0_wp
     end subroutine set_up
 
     subroutine evaluate(self, system, stage, u, admissible)
@@ -155,17 +155,17 @@ contains
         real(wp) :: f(lanes, n_fields)
         integer :: i
 
-        call self%slots%gather(slot, 0, 3*n_fields, u_e, fields)
+        call self%slots%gather(slot, 0, 3, u_e, fields)
         if (stage%mass_factor > 0.0_wp) then
-            call self%slots%gather(slot, 0, 3*n_fields, stage%u_mass, u_mass)
+            call self%slots%gather(slot, 0, 3, stage%u_mass, u_mass)
             if (stage%force_factor < 1.0_wp) then
-                call self%slots%gather(slot, 0, 3*n_fields, u, a)
+                call self%slots%gather(slot, 0, 3, u, a)
                 a = stage%mass_factor*(a - u_mass)
             else
                 a = stage%mass_factor*(fields - u_mass)
             end if
         end if
-        call self%slots%gather(slot, n_fields, n_fields, stage%f_external, f)
+        call self%slots%gather(slot, 1, 1, stage%f_external, f)
         call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
             self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(slot)), &
             stage%mass_factor/stage%force_factor, fields, a, f, part, self%kept(:, :, slot), room, pivot)
@@ -204,9 +204,9 @@ contains
         real(wp), intent(in) :: part(lanes, n_condensed, pass_slots)
         real(wp), intent(in), contiguous :: f_external(:)
         real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
-        real(wp), dimension(pair, n_triangle) :: this_k, next_k
-        real(wp), dimension(pair, n_fields) :: this_rhs, next_rhs, this_raw, next_raw
-        real(wp) :: c(pair, n_fields, n_fields)
+        real(wp) :: this_k(pair, n_triangle), c(pair, n_fields, n_fields)
+        real(wp), dimension(pair, n_fields) :: this_rhs, this_raw
+        real(wp) :: right_k(n_triangle), right_rhs(n_fields), right_raw(n_fields)
         integer :: i, step, left, right, near, far
         logical :: is_alone
 
@@ -217,43 +217,41 @@ contains
             is_alone = left == right
             near = step - 1
             far = self%n_elements + 1 - step
+            if (is_alone) then
+                right_k = k(2, :)
+                right_rhs = rhs(2, :)
+                right_raw = raw(2, :)
+            end if
             call enter(part(:, :, left/lanes + 1), part(:, :, right/lanes + 1), modulo(left, lanes) + 1, &
                 modulo(right, lanes) + 1, f_external(n_node*near + 1:n_node*near + n_fields), &
-                f_external(n_node*far + 1:n_node*far + n_fields), k, rhs, raw, this_k, this_rhs, this_raw, &
-                c, next_k, next_rhs, next_raw)
+                f_external(n_node*far + 1:n_node*far + n_fields), k, rhs, raw, this_k, this_rhs, this_raw, c)
             if (self%has_support(near) .or. self%has_support(near + 1)) then
                 call support(self, near, near + 1, 1, this_k, this_rhs, this_raw, c)
             end if
             if (self%has_support(far) .or. self%has_support(far - 1)) then
                 call support(self, far, far - 1, 2, this_k, this_rhs, this_raw, c)
             end if
-            call eliminate_node(this_k, c, this_rhs, next_k, next_rhs, self%kept_node(:, :, step), pivots)
+            call eliminate_node(this_k, c, this_rhs, k, rhs, self%kept_node(:, :, step), pivots)
             if (is_alone) then
-                k(1, :) = next_k(1, :)
-                rhs(1, :) = next_rhs(1, :)
-                raw(1, :) = next_raw(1, :)
+                k(2, :) = right_k
+                rhs(2, :) = right_rhs
+                raw(2, :) = right_raw
                 this_raw(2, :) = 0.0_wp
-            else
-                k = next_k
-                rhs = next_rhs
-                raw = next_raw
             end if
             self%end_residuals = max(self%end_residuals, abs(this_raw))
         end do
     end subroutine eliminate_pass
 
-    !> The blocks of a step: what is carried plus the near end of the next element less the external force
-    !> there (f1, f2), the element's coupling, its far end. The right element (part2, lane l2) is seen in the
-    !> mirror.
-    pure subroutine enter(part1, part2, l1, l2, f1, f2, k, rhs, raw, this_k, this_rhs, this_raw, c, next_k, &
-        next_rhs, &
-        next_raw)
+    !> The blocks of a step: what is carried (k, rhs, raw) plus the near end of the next element less the
+    !> external force there (f1, f2), the element's coupling; and its far end, to be carried on. The right
+    !> element (part2, lane l2) is seen in the mirror.
+    pure subroutine enter(part1, part2, l1, l2, f1, f2, k, rhs, raw, this_k, this_rhs, this_raw, c)
         real(wp), intent(in) :: part1(lanes, n_condensed), part2(lanes, n_condensed)
         integer, intent(in) :: l1, l2
         real(wp), intent(in) :: f1(n_fields), f2(n_fields)
-        real(wp), intent(in) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields)
-        real(wp), intent(out), dimension(pair, n_triangle) :: this_k, next_k
-        real(wp), intent(out), dimension(pair, n_fields) :: this_rhs, next_rhs, this_raw, next_raw
+        real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields)
+        real(wp), intent(out) :: this_k(pair, n_triangle)
+        real(wp), intent(out), dimension(pair, n_fields) :: this_rhs, this_raw
         real(wp), intent(out) :: c(pair, n_fields, n_fields)
         integer :: i, j
 
@@ -261,19 +259,19 @@ contains
         do j = 1, n_triangle
             this_k(1, j) = k(1, j) + part1(l1, at_ll + j)
             this_k(2, j) = k(2, j) + part2(l2, at_rr + j)
-            next_k(1, j) = part1(l1, at_rr + j)
-            next_k(2, j) = part2(l2, at_ll + j)
+            k(1, j) = part1(l1, at_rr + j)
+            k(2, j) = part2(l2, at_ll + j)
         end do
         !GCC$ unroll 5
         do j = 1, n_fields
             this_rhs(1, j) = rhs(1, j) + (part1(l1, at_l + j) - f1(j))
             this_rhs(2, j) = rhs(2, j) + (part2(l2, at_r + j) - f2(j))
-            next_rhs(1, j) = part1(l1, at_r + j)
-            next_rhs(2, j) = part2(l2, at_l + j)
+            rhs(1, j) = part1(l1, at_r + j)
+            rhs(2, j) = part2(l2, at_l + j)
             this_raw(1, j) = raw(1, j) + (part1(l1, at_raw + j) - f1(j))
             this_raw(2, j) = raw(2, j) + (part2(l2, at_raw + n_node + j) - f2(j))
-            next_raw(1, j) = part1(l1, at_raw + n_node + j)
-            next_raw(2, j) = part2(l2, at_raw + j)
+            raw(1, j) = part1(l1, at_raw + n_node + j)
+            raw(2, j) = part2(l2, at_raw + j)
             !GCC$ unroll 5
             do i = 1, n_fields
                 c(1, i, j) = part1(l1, at_lr + 5*(j - 1) + i)
@@ -291,16 +289,12 @@ contains
         integer :: i, j
 
         if (self%has_support(node)) then
+            !GCC$ unroll 5
             do i = 1, n_fields
                 if (.not. self%is_held(i, node)) cycle
-                do j = 1, i
-                    k(lane, i*(i - 1)/2 + j) = 0.0_wp
-                end do
-                do j = i, n_fields
-                    k(lane, j*(j - 1)/2 + i) = 0.0_wp
-                    c(lane, i, j) = 0.0_wp
-                end do
-                do j = 1, i
+                !GCC$ unroll 5
+                do j = 1, n_fields
+                    k(lane, max(i, j)*(max(i, j) - 1)/2 + min(i, j)) = 0.0_wp
                     c(lane, i, j) = 0.0_wp
                 end do
                 k(lane, i*(i + 1)/2) = 1.0_wp
@@ -320,7 +314,7 @@ contains
         class(block_t), intent(inout) :: self
         real(wp), intent(in) :: f_external(:)
         real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
-        real(wp) :: c(pair, n_fields, n_fields), next_k(pair, n_triangle), next_rhs(pair, n_fields)
+        real(wp) :: no_coupling(pair, n_fields, n_fields)
         integer :: steps, lane, i
 
         steps = (self%n_elements + 1)/2
@@ -331,14 +325,11 @@ contains
             rhs(:, i) = rhs(1, i) + rhs(2, i) - f_external(n_node*steps + i)
             raw(:, i) = raw(1, i) + raw(2, i) - f_external(n_node*steps + i)
         end do
-        c = 0.0_wp
         do lane = 1, pair
-            call support(self, steps, steps, lane, k, rhs, raw, c)
+            call support(self, steps, steps, lane, k, rhs, raw, no_coupling)
         end do
         self%end_residuals = max(self%end_residuals, abs(raw))
-        next_k = 0.0_wp
-        next_rhs = 0.0_wp
-        call eliminate_node(k, c, rhs, next_k, next_rhs, self%kept_node(:, :, steps + 1), pivots)
+        call eliminate_last_node(k, rhs, self%kept_node(:, :, steps + 1), pivots)
     end subroutine eliminate_last
 
     !> Back from the middle of the beam to its ends, and from the ends of the elements to their middles.
@@ -378,17 +369,12 @@ contains
     pure subroutine recover_slot(self, slot, increment)
         class(block_t), intent(in) :: self
         integer, intent(in) :: slot
-        real(wp), intent(inout) :: increment(*)
+        real(wp), intent(inout), contiguous :: increment(:)
         real(wp) :: du(lanes, 3*n_fields)
         integer :: l, i, first
 
-        do l = 1, lanes
-            first = n_node*(min(self%slots%first(slot) + l - 1, self%slots%last(slot)) - 1)
-            do i = 1, n_fields
-                du(l, i) = increment(first + i)
-                du(l, n_node + i) = increment(first + n_node + i)
-            end do
-        end do
+        call self%slots%gather(slot, 0, 1, increment, du)
+        call self%slots%gather(slot, 2, 1, increment, du(:, n_node + 1:))
         call recover_middle(self%slots%constants(:, :, self%slots%constants_of(slot)), self%kept(:, :, &
             slot), du)
         do l = 1, self%slots%last(slot) - self%slots%first(slot) + 1
@@ -429,9 +415,10 @@ contains
         energy = 0.0_wp
         room = 1.0_wp
         do s = 1, self%slots%n_slots
-            call self%slots%gather(s, 0, 3*n_fields, u, fields)
+            call self%slots%gather(s, 0, 3, u, fields)
             call stored_energy(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
-                self%slots%constants(:, :, self%slots%constants_of(s)), fields, part, room)
+                self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(s)), fields, &
+                part, room)
             energy = energy + sum(part(:self%slots%last(s) - self%slots%first(s) + 1))
         end do
         admissible = all(room > 0.0_wp)
@@ -446,7 +433,7 @@ contains
 
         kinetic_energy = 0.0_wp
         do s = 1, self%slots%n_slots
-            call self%slots%gather(s, 0, 3*n_fields, v, fields)
+            call self%slots%gather(s, 0, 3, v, fields)
             call lane_kinetic_energy(self%slots%constants(:, :, self%slots%constants_of(s)), fields, part)
             kinetic_energy = kinetic_energy + sum(part(:self%slots%last(s) - self%slots%first(s) + 1))
         end do

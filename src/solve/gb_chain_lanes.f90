@@ -5,10 +5,10 @@ module gb_chain_lanes
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes
-    use gb_element_lanes, only: n_element, n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw, &
-        condense_element, recover_middle
+    use gb_element_columns, only: n_element, n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw
+    use gb_element_lanes, only: condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
-    use gb_blocks_lanes, only: n_triangle, n_kept_node, eliminate_node, back_substitute
+    use gb_blocks_lanes, only: n_triangle, n_kept_node, eliminate_node, eliminate_last_node, back_substitute
     use gb_slots, only: element_constants, has_square_power, has_chain_limit
     use gb_stage, only: stage_t
     use gb_system, only: system_t
@@ -60,6 +60,7 @@ contains
                 self%has_support(e) = any(self%is_held(:, e))
             end do
             allocate (self%kept(lanes, n_kept, n), self%kept_node(lanes, n_kept_node, 0:n))
+            self%kept_node(:, :, n) = 0.0_wp
         end associate
     end subroutine set_up
 
@@ -104,7 +105,7 @@ contains
         real(wp), intent(in), dimension(lanes, n_fields, 2*n + 1) :: u, u_mass, u_start, f
         real(wp), intent(out) :: room(lanes), pivot(lanes)
         real(wp) :: part(lanes, n_condensed, 0:1), fields(lanes, n_fields, 3), a(lanes, n_fields, 3)
-        real(wp) :: k(lanes, n_triangle), r(lanes, n_fields)
+        real(wp) :: k(lanes, n_triangle), r(lanes, n_fields), raw(lanes, n_fields)
         integer :: e, now, before
 
         room = 1.0_wp
@@ -126,11 +127,10 @@ contains
                     self%constants(:, :, e), mass_factor, u(1, 1, 2*e - 1), a, f(1, 1, 2*e), &
                     part(:, :, now), self%kept(:, :, e), room, pivot)
             end if
-            call join(part(:, :, before), part(:, :, now), f(1, 1, 2*e - 1), k, r)
-            if (self%has_support(e - 1)) call hold(self%is_held(:, e - 1), k, r, part(1, at_lr + 1, now), &
-                part(1, at_raw + 1, now))
+            call join(part(:, :, before), part(:, :, now), f(1, 1, 2*e - 1), k, r, raw)
+            if (self%has_support(e - 1)) call hold(self%is_held(:, e - 1), k, r, part(1, at_lr + 1, now), raw)
             if (self%has_support(e)) call hold_next(self%is_held(:, e), part(1, at_lr + 1, now))
-            call watch(part(:, :, now), self%residuals, self%forces)
+            call watch(part(:, :, now), raw, self%residuals, self%forces)
             call eliminate_node(k, part(1, at_lr + 1, now), r, part(1, at_rr + 1, now), &
                 part(1, at_r + 1, now), self%kept_node(:, :, e - 1), pivot)
         end do
@@ -164,11 +164,10 @@ contains
     end subroutine go_back
 
     !> Block and residual of an element's left node: what the element before has left there and its own,
-    !> less the external force. The residual before any elimination takes the place of the element's own.
-    pure subroutine join(before, part, f, k, r)
-        real(wp), intent(in) :: before(lanes, n_condensed), f(lanes, n_fields)
-        real(wp), intent(inout) :: part(lanes, n_condensed)
-        real(wp), intent(out) :: k(lanes, n_triangle), r(lanes, n_fields)
+    !> less the external force; and the residual before any elimination.
+    pure subroutine join(before, part, f, k, r, raw)
+        real(wp), intent(in) :: before(lanes, n_condensed), part(lanes, n_condensed), f(lanes, n_fields)
+        real(wp), intent(out) :: k(lanes, n_triangle), r(lanes, n_fields), raw(lanes, n_fields)
         integer :: i
 
         !GCC$ unroll 15
@@ -178,26 +177,21 @@ contains
         !GCC$ unroll 5
         do i = 1, n_fields
             r(:, i) = before(:, at_r + i) + (part(:, at_l + i) - f(:, i))
-        end do
-        ! The element's own force on the node is kept where its condensed residual was.
-        !GCC$ unroll 5
-        do i = 1, n_fields
-            part(:, at_l + i) = part(:, at_raw + i)
-            part(:, at_raw + i) = before(:, raw_right + i) + (part(:, at_raw + i) - f(:, i))
+            raw(:, i) = before(:, raw_right + i) + (part(:, at_raw + i) - f(:, i))
         end do
     end subroutine join
 
     !> The largest residuals of an element's left and middle nodes, and its largest forces on the end nodes.
-    pure subroutine watch(part, residuals, forces)
+    pure subroutine watch(part, raw, residuals, forces)
         real(wp), intent(in) :: part(lanes, n_condensed)
+        real(wp), intent(in) :: raw(lanes, n_fields)        !! of the left node
         real(wp), intent(inout) :: residuals(lanes, n_fields), forces(lanes, n_fields)
         integer :: i
 
         !GCC$ unroll 5
         do i = 1, n_fields
-            residuals(:, i) = max(residuals(:, i), abs(part(:, at_raw + i)), &
-                abs(part(:, at_raw + n_fields + i)))
-            forces(:, i) = max(forces(:, i), abs(part(:, at_l + i)), abs(part(:, raw_right + i)))
+            residuals(:, i) = max(residuals(:, i), abs(raw(:, i)), abs(part(:, at_raw + n_fields + i)))
+            forces(:, i) = max(forces(:, i), abs(part(:, at_raw + i)), abs(part(:, raw_right + i)))
         end do
     end subroutine watch
 
@@ -208,8 +202,10 @@ contains
         real(wp), intent(inout) :: raw(lanes, n_fields)
         integer :: i, j
 
+        !GCC$ unroll 5
         do i = 1, n_fields
             if (.not. is_held(i)) cycle
+            !GCC$ unroll 5
             do j = 1, n_fields
                 k(:, max(i, j)*(max(i, j) - 1)/2 + min(i, j)) = 0.0_wp
                 c(:, i, j) = 0.0_wp
@@ -237,17 +233,16 @@ contains
         real(wp), intent(in) :: part(lanes, n_condensed), f(lanes, n_fields)
         real(wp), intent(inout) :: pivot(lanes)
         real(wp) :: k(lanes, n_triangle), r(lanes, n_fields), raw(lanes, n_fields)
-        real(wp) :: c(lanes, n_fields, n_fields), next_k(lanes, n_triangle), next_r(lanes, n_fields)
+        real(wp) :: no_coupling(lanes, n_fields, n_fields)
 
         k = part(:, at_rr + 1:at_rr + n_triangle)
         r = part(:, at_r + 1:at_r + n_fields) - f
         raw = part(:, raw_right + 1:raw_right + n_fields) - f
-        c = 0.0_wp
-        next_k = 0.0_wp
-        next_r = 0.0_wp
-        if (self%has_support(self%n_elements)) call hold(self%is_held(:, self%n_elements), k, r, c, raw)
+        if (self%has_support(self%n_elements)) then
+            call hold(self%is_held(:, self%n_elements), k, r, no_coupling, raw)
+        end if
         self%residuals = max(self%residuals, abs(raw))
-        call eliminate_node(k, c, r, next_k, next_r, self%kept_node(:, :, self%n_elements), pivot)
+        call eliminate_last_node(k, r, self%kept_node(:, :, self%n_elements), pivot)
     end subroutine eliminate_last
 
     !> Increments of all nodes, from the right end to the left one, and the largest of each field; `check` is
@@ -265,12 +260,11 @@ contains
         norm = 0.0_wp
         check = 0.0_wp
         call back_substitute(self%kept_node(:, :, n), beyond, du(1, 1, 2*n + 1))
-        call measure(du(1, 1, 2*n + 1), norm, check)
+        call measure(1, du(1, 1, 2*n + 1), norm, check)
         do e = n, 1, -1
             call back_substitute(self%kept_node(:, :, e - 1), du(1, 1, 2*e + 1), du(1, 1, 2*e - 1))
             call recover_middle(self%constants(:, :, e), self%kept(:, :, e), du(1, 1, 2*e - 1))
-            call measure(du(1, 1, 2*e - 1), norm, check)
-            call measure(du(1, 1, 2*e), norm, check)
+            call measure(2, du(1, 1, 2*e - 1), norm, check)
         end do
         if (force_factor < 1.0_wp) then
             du = du/force_factor
@@ -278,15 +272,25 @@ contains
         end if
     end subroutine solve
 
-    pure subroutine measure(x, norm, check)
-        real(wp), intent(in) :: x(lanes, n_fields)
+    !> Take nodes into the largest values of the fields, and into `check`: 0 times infinities and NaNs is a
+    !> NaN.
+    pure subroutine measure(nodes, x, norm, check)
+        integer, intent(in) :: nodes
+        real(wp), intent(in) :: x(lanes, n_fields, nodes)
         real(wp), intent(inout) :: norm(lanes, n_fields), check(lanes)
-        integer :: i
+        real(wp) :: sum(lanes)
+        integer :: node, i
 
-        !GCC$ unroll 5
-        do i = 1, n_fields
-            norm(:, i) = max(norm(:, i), abs(x(:, i)))
-            check = check + 0.0_wp*x(:, i)                  ! a NaN for infinities and NaNs
+        do node = 1, nodes
+            do i = 1, lanes
+                sum(i) = 0.0_wp
+            end do
+            !GCC$ unroll 5
+            do i = 1, n_fields
+                norm(:, i) = max(norm(:, i), abs(x(:, i, node)))
+                sum = sum + 0.0_wp*x(:, i, node)
+            end do
+            check = check + sum
         end do
     end subroutine measure
 
@@ -301,8 +305,8 @@ contains
         energy = 0.0_wp
         room = 1.0_wp
         do e = 1, self%n_elements
-            call stored_energy(self%pairs, self%has_middle, self%is_square, self%constants(:, :, e), &
-                u(1, 1, 2*e - 1), part, room)
+            call stored_energy(self%pairs, self%has_middle, self%is_square, self%has_limit, &
+                self%constants(:, :, e), u(1, 1, 2*e - 1), part, room)
             energy = energy + part
         end do
     end subroutine strain_energy

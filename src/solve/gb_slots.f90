@@ -6,9 +6,8 @@ module gb_slots
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes
-    use gb_section_lanes, only: at_mu, at_log, at_power, at_bend, at_minus_beta, at_inverse_jm, at_middle, &
-        at_z, at_weight
-    use gb_element_lanes, only: at_slope, at_kappa, at_bubble, at_by_bubble, at_swing, at_mass, n_element
+    use gb_element_columns, only: n_element, at_mu, at_log, at_power, at_bend, at_minus_beta, at_inverse_jm, &
+        at_middle, at_z, at_weight, at_slope, at_kappa, at_bubble, at_by_bubble, at_swing, at_mass
     use gb_beam, only: section_data_t
     use gb_system, only: system_t
     implicit none
@@ -190,35 +189,41 @@ contains
         con(at_mass + 1:at_mass + n_fields) = length*density
     end function element_constants
 
-    !> The first so many unknowns of consecutive elements, side by side.
-    pure subroutine take_lanes(count, u, fields)
-        integer, intent(in) :: count
+    !> The first nodes of consecutive elements, side by side.
+    pure subroutine take_lanes(nodes, u, fields)
+        integer, intent(in) :: nodes
         real(wp), intent(in) :: u(*)
-        real(wp), intent(out) :: fields(lanes, count)
-        integer :: l, i
+        real(wp), intent(out) :: fields(lanes, n_fields, nodes)
+        integer :: l, i, n
 
-        do i = 1, count
-            do l = 1, lanes
-                fields(l, i) = u(n_node*(l - 1) + i)
+        do n = 1, nodes
+            !GCC$ unroll 5
+            do i = 1, n_fields
+                do l = 1, lanes
+                    fields(l, i, n) = u(n_node*(l - 1) + n_fields*(n - 1) + i)
+                end do
             end do
         end do
     end subroutine take_lanes
 
-    !> Unknowns skip+1 ... skip+count of a slot's elements, side by side.
-    pure subroutine gather(self, slot, skip, count, u, fields)
+    !> The nodes of a slot's elements, side by side, from `skip` nodes behind the left one on.
+    pure subroutine gather(self, slot, skip, nodes, u, fields)
         class(slots_t), intent(in) :: self
-        integer, intent(in) :: slot, skip, count
+        integer, intent(in) :: slot, skip, nodes
         real(wp), intent(in), contiguous :: u(:)
-        real(wp), intent(out) :: fields(lanes, count)
-        integer :: l, i, first
+        real(wp), intent(out) :: fields(lanes, n_fields, nodes)
+        integer :: l, i, n, first
 
-        first = n_node*(self%first(slot) - 1) + skip
+        first = n_node*(self%first(slot) - 1) + n_fields*skip
         if (self%last(slot) - self%first(slot) + 1 == lanes) then
-            call take_lanes(count, u(first + 1:), fields)
+            call take_lanes(nodes, u(first + 1:), fields)
         else
             do l = 1, lanes
-                do i = 1, count
-                    fields(l, i) = u(first + i)
+                do n = 1, nodes
+                    !GCC$ unroll 5
+                    do i = 1, n_fields
+                        fields(l, i, n) = u(first + n_fields*(n - 1) + i)
+                    end do
                 end do
                 if (self%first(slot) + l <= self%last(slot)) first = first + n_node
             end do

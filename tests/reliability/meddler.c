@@ -191,14 +191,30 @@ int close(int file)
 }
 
 void *__libc_malloc(size_t size);
+void *__libc_memalign(size_t alignment, size_t size);
+
+static int refuses(size_t size)
+{
+    return has_begun && size >= 1024 && ++requests == refuse_at;
+}
 
 void *malloc(size_t size)
 {
-    if (has_begun && size >= 1024 && ++requests == refuse_at) {
+    if (refuses(size)) {
         errno = ENOMEM;
         return NULL;
     }
     return __libc_malloc(size);
+}
+
+int posix_memalign(void **memory, size_t alignment, size_t size)
+{
+    void *got = refuses(size) ? NULL : __libc_memalign(alignment, size);
+
+    if (!got)
+        return ENOMEM;
+    *memory = got;
+    return 0;
 }
 
 int clock_gettime(clockid_t clock, struct timespec *time)
