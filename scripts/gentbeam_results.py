@@ -103,8 +103,8 @@ def look_at(name, thing):
 
 
 def checksum(values):
-    """The CRC-32 that a results file has for a dataset: of its bytes, or of its text, or of all its texts, each
-    with a line's end behind it."""
+    """The CRC-32 that a results file has for a dataset: of its bytes, or of its text, or of all its texts,
+    each with a line's end behind it."""
     if isinstance(values, (str, bytes)):
         return zlib.crc32(as_bytes(values))
     if values.dtype == object:
@@ -113,8 +113,8 @@ def checksum(values):
 
 
 def text_checksum(attributes):
-    """The CRC-32 of an object's attributes that are texts, or lists of texts: by name, each text with a line's
-    end behind it."""
+    """The CRC-32 of an object's attributes that are texts, or lists of texts: by name, each text with a
+    line's end behind it."""
     found = 0
     for name in sorted(attributes):
         value = attributes[name]

@@ -24,7 +24,7 @@ def older_results(program):
 
 
 def judge(program, older, reference, check=check_whole):
-    """What a killed run has left: `old`, or the status of its own file and its number of steps, or of members."""
+    """What a killed run has left: `old`, or its status and its number of steps, or of members."""
     assert {path.name for path in program.folder.iterdir()} <= {"deck.inp", "out.h5", "out.h5.part"}
     if program.results.read_bytes() == older:
         return "old", 0

@@ -42,8 +42,9 @@ def start(gentbeam, *arguments):
 
 def members_in(path):
     with h5py.File(path) as file:
-        assert len({len(table) for table in file["sweep/summary"].values()} | {len(file["sweep/status"])}) == 1
-        return len(file["sweep/number"]), file.attrs["status"]
+        number = len(file["sweep/number"])
+        assert {len(table) for table in file["sweep/summary"].values()} == {number}
+        return number, file.attrs["status"]
 
 
 @pytest.mark.parametrize("output", OUTPUTS)
@@ -199,7 +200,8 @@ def test_damaged_results(stopped, kind):
             del data[chance.randrange(len(data)) :]
         else:
             for place in chance.sample(places, chance.choice((1, 3, 30))):
-                data[place] = chance.randrange(256) if kind == "bytes" else data[place] ^ 1 << chance.randrange(8)
+                bit = 1 << chance.randrange(8)
+                data[place] = chance.randrange(256) if kind == "bytes" else data[place] ^ bit
         stopped.path("study").write_bytes(data)
         process = start(stopped, "--restart", "study.h5", "--max-time", "0.2")
         _, said = process.communicate()

@@ -1,11 +1,12 @@
-/* Whether a results file still holds what was written: HDF5 protects what describes the numbers, and the attributes
-   `checksum` and `text_checksum` the rest (docs/results.md). */
+/* Results files that are read: opening them, and whether they still hold what was written. HDF5 protects what describes
+   the numbers, and the attributes `checksum` and `text_checksum` the rest (docs/results.md). */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <hdf5.h>
 #include <zlib.h>
+#include "gb_cache.h"
 
 #define SLAB_BYTES ((hsize_t)16 << 20)      /* of an array that are read at once */
 #define MOST_DIMENSIONS 8
@@ -14,6 +15,30 @@ typedef struct {
     char *name;                             /* of the first object that is not what was written */
     size_t size;
 } finding_t;
+
+void gb_limit_cache(hid_t access)
+{
+    H5AC_cache_config_t config = {.version = H5AC__CURR_CACHE_CONFIG_VERSION};
+
+    if (H5Pget_mdc_config(access, &config) < 0)
+        return;
+    config.set_initial_size = 1;
+    config.initial_size = config.min_size = (size_t)1 << 20;
+    config.max_size = (size_t)2 << 20;
+    H5Pset_mdc_config(access, &config);
+}
+
+/* Open a file to read it: HDF5's identifier, or negative. */
+hid_t gb_open_to_read(const char *path)
+{
+    hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    hid_t file;
+
+    gb_limit_cache(access);
+    file = H5Fopen(path, H5F_ACC_RDONLY, access);
+    H5Pclose(access);
+    return file;
+}
 
 /* A checksum that an object claims to have. 1: it has one; 0: none; -1: it cannot be read. */
 static int claimed(hid_t object, const char *name, uint32_t *checksum)
