@@ -50,7 +50,8 @@ def study_deck(members=40, fields="[u v a]", commands=SWING):
     """A study; every tenth member's deck is wrong."""
     values = " ".join("-1" if i % 10 == 9 else str(1 + 0.01 * i) for i in range(members))
     text = deck(commands, every=20).replace("q=2.85", "q=2.85 r=1").replace("rho=1e-6", "rho=1e-6*r")
-    return text.replace("fields=[u v a]", f"fields={fields}").replace("MATERIAL", f"SWEEP r=[{values}]\nMATERIAL")
+    text = text.replace("fields=[u v a]", f"fields={fields}")
+    return text.replace("MATERIAL", f"SWEEP r=[{values}]\nMATERIAL")
 
 
 @pytest.fixture(scope="session")

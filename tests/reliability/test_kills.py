@@ -133,6 +133,14 @@ def test_kill_of_a_study_at_every_write(program, references, meddler, fields):
     assert kinds[0] == ("old", 0) and len({kind for kind in kinds if kind[0] == "running"}) >= 3
 
 
+@pytest.mark.parametrize("tick", [0.15, 0.2, 0.25, 0.5])
+def test_places_of_editions_are_used_again(program, references, meddler, tick):
+    """With some clocks an edition outgrows the place of an older one and is made once more."""
+    text = study_deck(MEMBERS, "[u]", "TRANSIENT newmark step=1e-4 end=1e-3 name=swing")
+    assert program.run(text, env=meddler(tick=tick)) == (0, "")
+    assert check_study(program.results, references(text)) == ("complete", MEMBERS)
+
+
 def count_calls(program, environment, text):
     name = program.folder / "count"
     assert program.run(text, env={**environment, "MEDDLER_COUNT": str(name)}) == (0, "")
