@@ -1,7 +1,7 @@
 !> Joins the files of a study's shards into one, which holds the same as that of a run that was not divided;
 !> or puts the members of one file into their order.
 module gb_sweep_merge
-    use gb_kinds, only: wp, i8
+    use gb_kinds, only: wp
     use gb_archive, only: archive_t, root, stored_real64, stored_int32, stored_int8
     use gb_error, only: error_t, raise, status_file
     use gb_hdf5, only: start_hdf5
