@@ -66,8 +66,8 @@ def test_each_call_fails(program, references, meddler, error, once):
 
 
 def fail_study(program, references, meddler, fields, once):
-    text = study_deck(150, fields, "TRANSIENT newmark step=1e-4 end=3e-4 name=swing")
-    fail_each_call(program, references, meddler, errno.ENOSPC, once, 0.05, text, check_study)
+    text = study_deck(60, fields, "TRANSIENT newmark step=1e-4 end=3e-4 name=swing")
+    fail_each_call(program, references, meddler, errno.ENOSPC, once, 0.2, text, check_study)
 
 
 def test_each_call_of_a_study_fails(program, references, meddler):
