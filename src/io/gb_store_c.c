@@ -276,16 +276,20 @@ static unsigned char *place(store_t *store, haddr_t address, size_t size)
     return NULL;
 }
 
-/* Whether an address belongs to what earlier editions have kept. */
+/* Whether an address belongs to what earlier editions have kept. Regions lie in the file in their order. */
 static int is_kept(const store_t *store, haddr_t address)
 {
-    for (int i = 0; i < store->n_regions; i++) {
-        const region_t *region = &store->regions[i];
-        if (region->is_kept && i != store->current && (int64_t)address >= region->base &&
-            (int64_t)address < region->base + region->capacity)
-            return 1;
+    int low = 0, high = store->n_regions - 1;
+
+    while (low < high) {
+        int middle = (low + high + 1) / 2;
+        if (store->regions[middle].base <= (int64_t)address)
+            low = middle;
+        else
+            high = middle - 1;
     }
-    return 0;
+    return store->regions[low].is_kept && low != store->current && (int64_t)address >= store->regions[low].base &&
+           (int64_t)address < store->regions[low].base + store->regions[low].capacity;
 }
 
 /* HDF5 reads what it has given us in this edition, and the headers of objects kept by earlier ones. */
