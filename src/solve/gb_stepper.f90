@@ -493,9 +493,12 @@ contains
         call system%internal_force(state%u, r, admissible)
         if (self%scheme%is_explicit) then
             r = r + self%lumped*state%a
-        else
+        else if (any(system%has_full_inertia)) then
             call mass%set_up(system%n, system%kd, symmetric=.true.)
             call system%add_inertia(state%u, state%v, state%a, [0.0_wp, 0.0_wp, 1.0_wp], r, mass)
+        else
+            call system%mass%multiply(state%a, drag)
+            r = r + drag
         end if
         if (allocated(system%damping%a)) then
             call system%damping%multiply(state%v, drag)
