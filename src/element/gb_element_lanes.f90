@@ -13,6 +13,7 @@ module gb_element_lanes
     use gb_fields, only: n_fields
     use gb_section_lanes, only: n_strains, n_section, section_tangent
     use gb_blocks_lanes, only: n_triangle, factorise
+    use gb_inertia_lanes, only: n_moments, add_full_inertia
     implicit none
     private
 
@@ -24,7 +25,17 @@ module gb_element_lanes
     integer, parameter, public :: at_by_bubble = n_section + 4  !! 1/bubble [1/L]
     integer, parameter, public :: at_swing = n_section + 5  !! length^2/48, mean square of E over E^2 [L^2]
     integer, parameter, public :: at_mass = n_section + 5       !! + field: mass, rho (A, A, I, I, I4) length
-    integer, parameter, public :: n_element = at_mass + n_fields
+    !> + 1 ... 3: rho (A, I, I4) length/2 where inertia is full, and mass is 0 then.
+    integer, parameter, public :: at_moment = at_mass + n_fields
+    integer, parameter, public :: n_element = at_moment + n_moments
+
+    !> What the inertia of a stage asks of the elements, besides accelerations.
+    type, public :: inertia_t
+        real(wp) :: mass_factor = 0.0_wp            !! as the stage's; 0 in statics [1/T^2]
+        real(wp) :: damping_factor = 0.0_wp         !! as the stage's [1/T]
+        real(wp) :: drag = 0.0_wp                   !! damping by the mass at rest over that mass [1/T]
+        logical :: is_full = .false.                !! whether some element has inertia=full
+    end type inertia_t
 
     !> Parts of a condensed element's tangent and residual, part(lanes, n_condensed): upper triangles by
     !> columns. Then the residual before the elimination, at left, middle and right node, without external
@@ -39,14 +50,15 @@ module gb_element_lanes
 contains
 
     !> Residual and tangent of the elements of one slot, the middle node eliminated.
-    pure subroutine condense_element(pairs, has_middle, is_square, has_limit, con, mass_factor, u, a, f, &
+    pure subroutine condense_element(pairs, has_middle, is_square, has_limit, con, inertia, u, v, a, f, &
         part, kept, room, pivot)
         integer, intent(in) :: pairs
         logical, intent(in) :: has_middle, is_square, has_limit     !! as section_tangent's
         real(wp), intent(in) :: con(lanes, n_element)
-        real(wp), intent(in) :: mass_factor                 !! of the stage; 0 in statics [1/T^2]
+        type(inertia_t), intent(in) :: inertia              !! its factors over the stage's force_factor
         real(wp), intent(in) :: u(lanes, n_fields, 3)       !! fields at left, middle and right node
-        real(wp), intent(in) :: a(lanes, n_fields, 3)       !! accelerations there, mass_factor (U - u_mass)
+        real(wp), intent(in) :: v(lanes, n_fields, 3)       !! velocities there, where inertia is full
+        real(wp), intent(in) :: a(lanes, n_fields, 3)       !! accelerations there plus drag times velocities
         real(wp), intent(in) :: f(lanes, n_fields)          !! external force on the middle node
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(out) :: kept(lanes, n_kept)
@@ -64,7 +76,13 @@ contains
         call section_tangent(pairs, has_middle, is_square, has_limit, con, g2, s2, h2, room)
         call join_points(con, h1, h2, k, c, ee, es, ss)
         call join_stresses(con, s1, s2, c, r)
-        if (mass_factor > 0.0_wp) call add_inertia(con, mass_factor, a, k, c, ee, es, ss, r)
+        if (inertia%mass_factor > 0.0_wp) then
+            call add_inertia(con, inertia%mass_factor + inertia%drag*inertia%damping_factor, a, k, c, ee, &
+                es, ss, r)
+            if (inertia%is_full) call add_full_inertia(con(:, at_moment + 1:at_moment + n_moments), &
+                con(:, at_bubble), 0.5_wp/con(:, at_slope), [1.0_wp, inertia%damping_factor, &
+                inertia%mass_factor], inertia%drag, u, v, a, k, c, ee, es, ss, r)
+        end if
         call add_load(con, f, c, r, part)
         call eliminate(k, c, kept, pivot)
         call to_ends(con, c, kept, ee, es, ss, r, part)

@@ -8,7 +8,8 @@ module gb_energy_lanes
     use gb_section_lanes, only: n_strains, at_mu, at_log, at_power, at_minus_beta, at_inverse_jm, &
         at_middle, at_z, &
         at_weight
-    use gb_element_lanes, only: n_element, at_slope, at_swing, at_mass, strains
+    use gb_element_lanes, only: n_element, at_slope, at_swing, at_mass, at_moment, strains
+    use gb_inertia_lanes, only: n_moments, full_kinetic_energy
     implicit none
     private
 
@@ -103,8 +104,10 @@ contains
     end subroutine add_logarithms
 
     !> Kinetic energy of every lane's element [F L], with the mass of gb_element_lanes.
-    pure subroutine kinetic_energy(con, v, energy)
+    pure subroutine kinetic_energy(con, is_full, u, v, energy)
         real(wp), intent(in) :: con(lanes, n_element)
+        logical, intent(in) :: is_full                      !! whether some element has inertia=full
+        real(wp), intent(in) :: u(lanes, n_fields, 3)       !! fields there, where inertia is full
         real(wp), intent(in) :: v(lanes, n_fields, 3)       !! velocities at left, middle and right node
         real(wp), intent(out) :: energy(lanes)
         real(wp) :: mean, b, e
@@ -120,6 +123,7 @@ contains
                     + (4.0_wp/15.0_wp)*b*b + 0.5_wp*con(l, at_swing)*e*e)
             end do
         end do
+        if (is_full) call full_kinetic_energy(con(:, at_moment + 1:at_moment + n_moments), u, v, energy)
     end subroutine kinetic_energy
 
 end module gb_energy_lanes

@@ -5,9 +5,8 @@ module gb_block
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes, pair
-    use gb_element_lanes, only: n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw, &
-        condense_element, &
-        recover_middle
+    use gb_element_lanes, only: n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw, inertia_t, &
+        condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
     use gb_blocks_pair, only: n_triangle, n_kept_node, eliminate_node, back_substitute
     use gb_stage, only: stage_t
@@ -30,6 +29,7 @@ module gb_block
         real(wp) :: forces(lanes, n_fields) = 0.0_wp        !! largest of an element on an end node
         logical :: is_definite = .false.
         real(wp) :: force_factor = 1.0_wp                   !! of the stage
+        real(wp) :: drag = 0.0_wp                           !! factor of the mass in the damping [1/T]
     contains
         procedure :: set_up
         procedure :: evaluate
@@ -44,7 +44,7 @@ module gb_block
 contains
 
     !> For a system that gb_solver_choice finds fit: three-node elements with reduced integration, rule gauss
-    !> with one number of points, supports at element ends alone, constant mass, no damping.
+    !> with one number of points, supports at element ends alone, no damping but by the mass.
     subroutine set_up(self, system)
         class(block_t), intent(inout) :: self
         type(system_t), intent(in) :: system
@@ -53,6 +53,8 @@ contains
         n = system%n_elements
         self%n_elements = n
         call self%slots%set_up(system)
+        self%drag = system%rayleigh%mass
+        self%is_exact = .not. self%slots%has_full_inertia
         allocate (self%is_held(n_fields, 0:n), self%has_support(0:n))
         do e = 0, n
             self%is_held(:, e) = system%fixed(n_node*e + 1:n_node*e + n_fields)
@@ -151,24 +153,18 @@ contains
         real(wp), intent(in), contiguous :: u_e(:), u(:)
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: room(lanes), pivot(lanes)
-        real(wp), dimension(lanes, 3*n_fields) :: fields, a, u_mass
+        real(wp), dimension(lanes, 3*n_fields) :: fields, v, a
         real(wp) :: f(lanes, n_fields)
         integer :: i
 
         call self%slots%gather(slot, 0, 3*n_fields, u_e, fields)
-        if (stage%mass_factor > 0.0_wp) then
-            call self%slots%gather(slot, 0, 3*n_fields, stage%u_mass, u_mass)
-            if (stage%force_factor < 1.0_wp) then
-                call self%slots%gather(slot, 0, 3*n_fields, u, a)
-                a = stage%mass_factor*(a - u_mass)
-            else
-                a = stage%mass_factor*(fields - u_mass)
-            end if
-        end if
+        if (stage%mass_factor > 0.0_wp) call move(self, slot, stage, fields, u, v, a)
         call self%slots%gather(slot, n_fields, n_fields, stage%f_external, f)
         call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
             self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(slot)), &
-            stage%mass_factor/stage%force_factor, fields, a, f, part, self%kept(:, :, slot), room, pivot)
+            inertia_t(stage%mass_factor/stage%force_factor, stage%damping_factor/stage%force_factor, &
+            self%drag, self%slots%has_full_inertia), fields, v, a, f, part, self%kept(:, :, slot), room, &
+            pivot)
         !GCC$ unroll 5
         do i = 1, n_fields
             self%residuals(:, i) = max(self%residuals(:, i), abs(part(:, at_raw + n_fields + i)))
@@ -176,6 +172,30 @@ contains
                 + n_node + i)))
         end do
     end subroutine condense_slot
+
+    !> Velocities v of a slot's elements, where something depends on them, and accelerations a, to which the
+    !> damping by the mass adds `drag` v.
+    subroutine move(self, slot, stage, fields, u, v, a)
+        class(block_t), intent(in) :: self
+        integer, intent(in) :: slot
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in) :: fields(lanes, 3*n_fields)   !! where the internal force is evaluated
+        real(wp), intent(in), contiguous :: u(:)
+        real(wp), intent(out), dimension(lanes, 3*n_fields) :: v, a
+        real(wp), dimension(lanes, 3*n_fields) :: at_end, from
+
+        if (stage%force_factor < 1.0_wp) then
+            call self%slots%gather(slot, 0, 3*n_fields, u, at_end)
+        else
+            at_end = fields
+        end if
+        call self%slots%gather(slot, 0, 3*n_fields, stage%u_mass, from)
+        a = stage%mass_factor*(at_end - from)
+        if (self%drag <= 0.0_wp .and. .not. self%slots%has_full_inertia) return
+        call self%slots%gather(slot, 0, 3*n_fields, stage%u_damping, from)
+        v = stage%damping_factor*(at_end - from)
+        a = a + self%drag*v
+    end subroutine move
 
     !> r <- r + the residual of a slot's elements on their nodes (external forces are in r already).
     subroutine gather_residual(self, slot, part, r)
@@ -437,17 +457,20 @@ contains
         admissible = all(room > 0.0_wp)
     end subroutine strain_energy
 
-    !> Kinetic energy of the velocities v [F L].
-    pure real(wp) function kinetic_energy(self, v)
+    !> Kinetic energy of the velocities v at the state u [F L].
+    pure real(wp) function kinetic_energy(self, u, v)
         class(block_t), intent(in) :: self
-        real(wp), intent(in), contiguous :: v(:)
-        real(wp) :: fields(lanes, 3*n_fields), part(lanes)
+        real(wp), intent(in), contiguous :: u(:), v(:)
+        real(wp), dimension(lanes, 3*n_fields) :: fields, rates
+        real(wp) :: part(lanes)
         integer :: s
 
         kinetic_energy = 0.0_wp
         do s = 1, self%slots%n_slots
-            call self%slots%gather(s, 0, 3*n_fields, v, fields)
-            call lane_kinetic_energy(self%slots%constants(:, :, self%slots%constants_of(s)), fields, part)
+            call self%slots%gather(s, 0, 3*n_fields, v, rates)
+            if (self%slots%has_full_inertia) call self%slots%gather(s, 0, 3*n_fields, u, fields)
+            call lane_kinetic_energy(self%slots%constants(:, :, self%slots%constants_of(s)), &
+                self%slots%has_full_inertia, fields, rates, part)
             kinetic_energy = kinetic_energy + sum(part(:self%slots%last(s) - self%slots%first(s) + 1))
         end do
     end function kinetic_energy

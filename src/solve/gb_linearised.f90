@@ -8,6 +8,7 @@ module gb_linearised
     private
 
     type, abstract, public :: linearised_t
+        logical :: is_exact = .true.    !! whether the tangent is the residual's derivative, all of it
     contains
         procedure(evaluate_i), deferred :: evaluate
         procedure(solve_i), deferred :: solve

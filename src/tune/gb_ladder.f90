@@ -55,7 +55,7 @@ contains
         self%accuracy = minval(problem%tasks%aim, mask=problem%tasks%is_auto)
         self%tolerance = max(tightest_tolerance, min(loosest_tolerance, newton_part*self%accuracy))
         self%deadline = deadline
-        self%has_block = problem%model%damping%mass <= 0.0_wp .and. problem%model%damping%stiffness <= 0.0_wp
+        self%has_block = problem%model%damping%stiffness <= 0.0_wp
         self%log = log
         allocate (self%rungs(0), self%trials(0))
         call self%log%line('    rung  elements   steps  points  inertia           change')

@@ -51,9 +51,11 @@ module gb_trial
     public :: try_setting, apply_setting, work_of_iteration
 
     !> Work of an iteration in an element, by its nodes, in units of the block solver's three-node element:
-    !> measured (docs/choosing-a-model.md). The block solver takes three nodes and constant inertia.
+    !> measured (docs/choosing-a-model.md). The block solver takes three nodes.
     real(wp), parameter :: block_work = 1.0_wp, work_of_order(2:5) = [2.0_wp, 4.0_wp, 7.3_wp, 11.9_wp]
-    real(wp), parameter :: full_inertia_work = 6.9_wp, point_work = 0.03_wp
+    real(wp), parameter :: point_work = 0.03_wp
+    !> What full inertia multiplies it by.
+    real(wp), parameter :: full_block = 1.3_wp, full_banded = 1.7_wp
     !> A step that must be halved more often is too long to tell anything.
     integer, parameter :: most_cuts = 3
     !> An energy balance that is off by this part of the largest energy: the scheme has lost its footing.
@@ -139,10 +141,15 @@ contains
         type(setting_t), intent(in) :: setting
         logical, intent(in) :: has_block            !! whether the block solver takes the scene at all
 
+        real(wp) :: full
+
         work = work_of_order(setting%nodes)
-        if (setting%nodes == 3 .and. has_block) work = block_work
-        if (setting%inertia == inertia_full) work = full_inertia_work*work_of_order(setting%nodes) &
-            /work_of_order(3)
+        full = full_banded
+        if (setting%nodes == 3 .and. has_block) then
+            work = block_work
+            full = full_block
+        end if
+        if (setting%inertia == inertia_full) work = full*work
         work = work*(1.0_wp + point_work*real(setting%points - 3, wp))*real(setting%n_elements(), wp)
     end function work_of_iteration
 
