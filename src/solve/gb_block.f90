@@ -27,7 +27,7 @@ module gb_block
         real(wp) :: residuals(lanes, n_fields) = 0.0_wp     !! largest of a middle node
         real(wp) :: end_residuals(pair, n_fields) = 0.0_wp  !! largest of an end node
         real(wp) :: forces(lanes, n_fields) = 0.0_wp        !! largest of an element on an end node
-        logical :: is_definite = .false.
+        logical :: may_be_indefinite = .false.              !! the tangent, of this stage
         real(wp) :: force_factor = 1.0_wp                   !! of the stage
         real(wp) :: drag = 0.0_wp                           !! factor of the mass in the damping [1/T]
     contains
@@ -119,6 +119,9 @@ contains
         real(wp) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
         integer :: pass, s, first
 
+        ! At rest a pivot that is not positive is a buckled state or a mechanism: LAPACK's matter. In motion
+        ! it is a guess that is far off, which Newton's method leaves by itself; where it ends all must be.
+        self%may_be_indefinite = stage%mass_factor > 0.0_wp
         if (size(r) > 0) r = -stage%f_external
         room = 1.0_wp
         pivot = 1.0_wp
@@ -138,11 +141,11 @@ contains
             admissible = all(room > 0.0_wp)
             if (.not. admissible) return
             call eliminate_pass(self, pass, part, stage%f_external, k, rhs, raw, pivots)
-            self%is_definite = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
-            if (.not. self%is_definite) return
+            self%is_trusted = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
+            if (.not. (self%is_trusted .or. self%may_be_indefinite)) return
         end do
         call eliminate_last(self, stage%f_external, k, rhs, raw, pivots)
-        self%is_definite = all(pivots > 0.0_wp)
+        self%is_trusted = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
     end subroutine condense_and_eliminate
 
     !> The elements of a slot, their middle nodes eliminated.
@@ -369,7 +372,7 @@ contains
         real(wp) :: x(pair, n_fields), next(pair, n_fields)
         integer :: step, steps, right, s
 
-        singular = merge(0, -1, self%is_definite)
+        singular = merge(0, -1, self%is_trusted .or. self%may_be_indefinite)
         if (singular /= 0) return
         steps = (self%n_elements + 1)/2
         next = 0.0_wp

@@ -226,7 +226,7 @@ contains
             next = (self%curvature*increments(iteration) + self%rate)*increments(iteration)
             if (is_last(self%tolerance, next, increments(iteration), can_estimate .and. last > 0.0_wp)) then
                 u = u + self%increment
-                report%outcome = newton_converged
+                report%outcome = merge(newton_converged, newton_singular, tangent%is_trusted)
                 exit
             end if
             last = increments(iteration)
