@@ -110,6 +110,7 @@ contains
         type(system_t) :: system
         type(problem_t) :: hasty
         real(wp) :: start, finish
+        integer :: i
 
         call cpu_time(start)
         hasty = problem
@@ -126,6 +127,9 @@ contains
         trial%work = work_of_iteration(setting, has_block)*real(follower%iterations, wp)
         trial%steps = follower%steps
         call move_alloc(follower%channels, trial%channels)
+        do i = 1, size(trial%channels)
+            call trial%channels(i)%course%close()
+        end do
         trial%failure = ''
         if (.not. allocated(error)) then
             if (follower%is_lost) trial%failure = 'the energy balance does not hold'
@@ -205,7 +209,8 @@ contains
 
         call self%check_stop(error)
         if (allocated(error)) return
-        self%iterations = self%iterations + step%iterations
+        ! A step at rest takes no iteration, and costs as much as one.
+        if (step%number > 0) self%iterations = self%iterations + max(1, step%iterations)
         if (step%number > 0 .and. any(self%channels%task == self%task)) self%steps = self%steps + 1
         call self%log%show_bar(step%progress)
         energy = step%kinetic + step%strain - step%external + step%dissipated
