@@ -6,6 +6,7 @@ module gb_block
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes, pair
     use gb_element_columns, only: n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw
+    use gb_inertia_lanes, only: inertia_t
     use gb_element_lanes, only: condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
     use gb_blocks_pair, only: n_triangle, n_kept_node, eliminate_node, eliminate_last_node, back_substitute
@@ -27,8 +28,9 @@ module gb_block
         real(wp) :: residuals(lanes, n_fields) = 0.0_wp     !! largest of a middle node
         real(wp) :: end_residuals(pair, n_fields) = 0.0_wp  !! largest of an end node
         real(wp) :: forces(lanes, n_fields) = 0.0_wp        !! largest of an element on an end node
-        logical :: is_definite = .false.
+        logical :: may_be_indefinite = .false.              !! the tangent, of this stage
         real(wp) :: force_factor = 1.0_wp                   !! of the stage
+        type(inertia_t) :: inertia                          !! of the stage, over its force_factor
     contains
         procedure :: set_up
         procedure :: evaluate
@@ -43,7 +45,7 @@ module gb_block
 contains
 
     !> For a system that gb_solver_choice finds fit: three-node elements with reduced integration, rule gauss
-    !> with one number of points, supports at element ends alone, constant mass, no damping.
+    !> with one number of points, supports at element ends alone, no damping but by the mass.
     subroutine set_up(self, system)
         class(block_t), intent(inout) :: self
         type(system_t), intent(in) :: system
@@ -52,6 +54,9 @@ contains
         n = system%n_elements
         self%n_elements = n
         call self%slots%set_up(system)
+        self%inertia%drag = system%rayleigh%mass
+        self%inertia%is_full = self%slots%has_full_inertia
+        self%is_exact = .not. self%slots%has_full_inertia
         allocate (self%is_held(n_fields, 0:n), self%has_support(0:n))
         do e = 0, n
             self%is_held(:, e) = system%fixed(n_node*e + 1:n_node*e + n_fields)
@@ -95,6 +100,8 @@ contains
         logical, intent(out) :: admissible
 
         self%force_factor = stage%force_factor
+        self%inertia%mass_factor = stage%mass_factor/stage%force_factor
+        self%inertia%damping_factor = stage%damping_factor/stage%force_factor
         associate (factor => stage%force_factor)
             if (factor < 1.0_wp) then
                 call condense_and_eliminate(self, stage, stage%u_start + factor*(u - stage%u_start), u, &
@@ -117,6 +124,9 @@ contains
         real(wp) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
         integer :: pass, s, first
 
+        ! At rest a pivot that is not positive is a buckled state or a mechanism: LAPACK's matter. In motion
+        ! it is a guess that is far off, which Newton's method leaves by itself; where it ends all must be.
+        self%may_be_indefinite = stage%mass_factor > 0.0_wp
         if (size(r) > 0) r = -stage%f_external
         room = 1.0_wp
         pivot = 1.0_wp
@@ -136,11 +146,11 @@ contains
             admissible = all(room > 0.0_wp)
             if (.not. admissible) return
             call eliminate_pass(self, pass, part, stage%f_external, k, rhs, raw, pivots)
-            self%is_definite = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
-            if (.not. self%is_definite) return
+            self%is_trusted = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
+            if (.not. (self%is_trusted .or. self%may_be_indefinite)) return
         end do
         call eliminate_last(self, stage%f_external, k, rhs, raw, pivots)
-        self%is_definite = all(pivots > 0.0_wp)
+        self%is_trusted = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
     end subroutine condense_and_eliminate
 
     !> The elements of a slot, their middle nodes eliminated.
@@ -151,24 +161,23 @@ contains
         real(wp), intent(in), contiguous :: u_e(:), u(:)
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: room(lanes), pivot(lanes)
-        real(wp), dimension(lanes, 3*n_fields) :: fields, a, u_mass
+        real(wp), dimension(lanes, 3*n_fields) :: fields, at_end, v, a
         real(wp) :: f(lanes, n_fields)
         integer :: i
 
         call self%slots%gather(slot, 0, 3, u_e, fields)
         if (stage%mass_factor > 0.0_wp) then
-            call self%slots%gather(slot, 0, 3, stage%u_mass, u_mass)
             if (stage%force_factor < 1.0_wp) then
-                call self%slots%gather(slot, 0, 3, u, a)
-                a = stage%mass_factor*(a - u_mass)
+                call self%slots%gather(slot, 0, 3, u, at_end)
+                call move(self, slot, stage, at_end, v, a)
             else
-                a = stage%mass_factor*(fields - u_mass)
+                call move(self, slot, stage, fields, v, a)
             end if
         end if
         call self%slots%gather(slot, 1, 1, stage%f_external, f)
         call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
             self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(slot)), &
-            stage%mass_factor/stage%force_factor, fields, a, f, part, self%kept(:, :, slot), room, pivot)
+            self%inertia, fields, v, a, f, part, self%kept(:, :, slot), room, pivot)
         !GCC$ unroll 5
         do i = 1, n_fields
             self%residuals(:, i) = max(self%residuals(:, i), abs(part(:, at_raw + n_fields + i)))
@@ -176,6 +185,24 @@ contains
                 + n_node + i)))
         end do
     end subroutine condense_slot
+
+    !> Velocities v of a slot's elements, where something depends on them, and accelerations a, to which the
+    !> damping by the mass adds `drag` v.
+    subroutine move(self, slot, stage, u, v, a)
+        class(block_t), intent(in) :: self
+        integer, intent(in) :: slot
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in) :: u(lanes, 3*n_fields)        !! fields at the end of the stage
+        real(wp), intent(out), dimension(lanes, 3*n_fields) :: v, a
+        real(wp) :: from(lanes, 3*n_fields)
+
+        call self%slots%gather(slot, 0, 3, stage%u_mass, from)
+        a = stage%mass_factor*(u - from)
+        if (self%inertia%drag <= 0.0_wp .and. .not. self%inertia%is_full) return
+        call self%slots%gather(slot, 0, 3, stage%u_damping, from)
+        v = stage%damping_factor*(u - from)
+        a = a + self%inertia%drag*v
+    end subroutine move
 
     !> r <- r + the residual of a slot's elements on their nodes (external forces are in r already).
     subroutine gather_residual(self, slot, part, r)
@@ -340,7 +367,7 @@ contains
         real(wp) :: x(pair, n_fields), next(pair, n_fields)
         integer :: step, steps, right, s
 
-        singular = merge(0, -1, self%is_definite)
+        singular = merge(0, -1, self%is_trusted .or. self%may_be_indefinite)
         if (singular /= 0) return
         steps = (self%n_elements + 1)/2
         next = 0.0_wp
@@ -424,17 +451,20 @@ contains
         admissible = all(room > 0.0_wp)
     end subroutine strain_energy
 
-    !> Kinetic energy of the velocities v [F L].
-    pure real(wp) function kinetic_energy(self, v)
+    !> Kinetic energy of the velocities v at the state u [F L].
+    pure real(wp) function kinetic_energy(self, u, v)
         class(block_t), intent(in) :: self
-        real(wp), intent(in), contiguous :: v(:)
-        real(wp) :: fields(lanes, 3*n_fields), part(lanes)
+        real(wp), intent(in), contiguous :: u(:), v(:)
+        real(wp), dimension(lanes, 3*n_fields) :: fields, rates
+        real(wp) :: part(lanes)
         integer :: s
 
         kinetic_energy = 0.0_wp
         do s = 1, self%slots%n_slots
-            call self%slots%gather(s, 0, 3, v, fields)
-            call lane_kinetic_energy(self%slots%constants(:, :, self%slots%constants_of(s)), fields, part)
+            call self%slots%gather(s, 0, 3, v, rates)
+            if (self%slots%has_full_inertia) call self%slots%gather(s, 0, 3, u, fields)
+            call lane_kinetic_energy(self%slots%constants(:, :, self%slots%constants_of(s)), &
+                self%slots%has_full_inertia, fields, rates, part)
             kinetic_energy = kinetic_energy + sum(part(:self%slots%last(s) - self%slots%first(s) + 1))
         end do
     end function kinetic_energy

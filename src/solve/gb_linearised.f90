@@ -8,6 +8,8 @@ module gb_linearised
     private
 
     type, abstract, public :: linearised_t
+        logical :: is_exact = .true.    !! whether the tangent is the residual's derivative, all of it
+        logical :: is_trusted = .true.  !! whether no increment of it can be small by a pivot's fault
     contains
         procedure(evaluate_i), deferred :: evaluate
         procedure(solve_i), deferred :: solve
