@@ -3,7 +3,7 @@ module gb_results
     use gb_kinds, only: wp, i8
     use gb_error, only: error_t, raise, status_file
     use gb_memory, only: memory_t
-    use gb_files, only: begin_rehearsal, end_rehearsal, rehearsal_went_well, remove_file
+    use gb_files, only: begin_rehearsal, end_rehearsal, rehearsal_went_well
     use gb_checkpoint, only: origin_t, checkpoint_t
     use gb_resume, only: find_source
     use gb_hdf5_input, only: hid_t, open_file, close_file, get_numbers, get_rows, verify
@@ -129,62 +129,79 @@ contains
         logical, intent(in) :: inside
         type(error_t), allocatable, intent(out) :: error
         type(error_t), allocatable :: ignored
+        character(:), allocatable :: source
+        integer(hid_t) :: file
         integer :: process
-        logical :: is_safe
 
         self%path = problem%output%file // '.h5'
         self%created = checkpoint%created
-        ! HDF5 may crash on a file that is damaged, so the reading is rehearsed by another process.
+        ! HDF5 may crash on a file that is damaged, so another process looks at all of it before.
         process = begin_rehearsal(rehearsal_seconds)
-        is_safe = .true.
-        if (process /= 0) is_safe = rehearsal_went_well(process)
-        if (is_safe) then
-            call take_over(self, problem, gauge, origin, checkpoint, path, number, inside, error)
+        if (process == 0) then
+            call open_source(self%path, path, origin, checkpoint, source, file, error)
+            call end_rehearsal()
+        end if
+        if (rehearsal_went_well(process)) then
+            call open_source(self%path, path, origin, checkpoint, source, file, error)
         else
             call raise(error, status_file, 'cannot go on with the results file ' // self%path &
                        // ': it is damaged, and reading it ends in a crash of HDF5, or never')
         end if
-        if (process == 0) call end_rehearsal()
+        if (allocated(error)) return
+        call begin_file(self, problem, gauge, error)
+        if (.not. allocated(error)) call take_over(self, problem, source, file, checkpoint, number, inside, &
+            error)
+        call close_file(file)
         if (.not. allocated(error)) then
             call publish(self, error)
             if (allocated(error)) call self%archive%give_up(error%message)
         else if (self%archive%is_open()) then
             call self%archive%close(ignored)
-        else if (.not. is_safe) then
-            call remove_file(self%path // '.part')
         end if
     end subroutine resume_results
 
-    subroutine take_over(self, problem, gauge, origin, checkpoint, path, number, inside, error)
+    !> Find and open the results of the steps before the checkpoint, which must be what was written.
+    subroutine open_source(path, beside, origin, checkpoint, source, file, error)
+        character(*), intent(in) :: path            !! of the results
+        character(*), intent(in) :: beside          !! path of the checkpoint
+        type(origin_t), intent(in) :: origin
+        type(checkpoint_t), intent(in) :: checkpoint
+        character(:), allocatable, intent(out) :: source
+        integer(hid_t), intent(out) :: file
+        type(error_t), allocatable, intent(out) :: error
+
+        file = -1
+        call find_source(path, beside, origin, checkpoint, source, error)
+        if (allocated(error)) return
+        call open_file(source, file, error)
+        if (.not. allocated(error)) then
+            call verify(file, error)
+            if (allocated(error)) call close_file(file)
+        end if
+        if (allocated(error)) error%message = 'cannot go on with the results file ' // source // ': ' &
+            // error%message
+    end subroutine open_source
+
+    subroutine take_over(self, problem, source, file, checkpoint, number, inside, error)
         class(results_t), intent(inout) :: self
         type(problem_t), intent(in) :: problem
-        class(gauge_t), intent(in) :: gauge
-        type(origin_t), intent(in) :: origin
+        character(*), intent(in) :: source
+        integer(hid_t), intent(in) :: file
         type(checkpoint_t), intent(inout) :: checkpoint
-        character(*), intent(in) :: path
         integer, intent(in) :: number
         logical, intent(in) :: inside
         type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable :: source
-        integer(hid_t) :: file
         integer :: i
 
-        call find_source(self%path, path, origin, checkpoint, source, error)
-        if (.not. allocated(error)) call begin_file(self, problem, gauge, error)
-        if (.not. allocated(error)) call open_file(source, file, error)
-        if (allocated(error)) return
-        call verify(file, error)
         do i = 1, number
-            if (.not. allocated(error)) call add_task(self, problem%tasks(i), problem%probes, error)
+            call add_task(self, problem%tasks(i), problem%probes, error)
             if (allocated(error)) exit
             call take_over_task(self, problem%tasks(i), file, checkpoint%memory, inside .and. i == number, &
                 error)
             if (allocated(error)) exit
         end do
         if (.not. inside .and. .not. allocated(error)) call replay_rows(self, file, checkpoint%memory, &
-            inside, &
-            error)
-        call close_file(file)
+            inside, error)
         if (allocated(error)) error%message = 'cannot go on with the results file ' // source // ': ' &
             // error%message
     end subroutine take_over

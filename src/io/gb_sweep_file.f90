@@ -10,7 +10,7 @@ module gb_sweep_file
     use gb_checkpoint, only: origin_t
     use gb_error, only: error_t, raise, status_file, status_input
     use gb_fields, only: field_length_power
-    use gb_files, only: begin_rehearsal, end_rehearsal, rehearsal_went_well, remove_file
+    use gb_files, only: begin_rehearsal, end_rehearsal, rehearsal_went_well
     use gb_hdf5, only: start_hdf5
     use gb_hdf5_input, only: hid_t, text_t, open_file, close_file, open_group, get_attribute, get_deck, &
         get_rows, get_texts, count_rows, verify
@@ -193,46 +193,60 @@ contains
         logical, intent(out) :: is_damaged
         type(error_t), allocatable, intent(out) :: error
         type(error_t), allocatable :: ignored
+        integer(hid_t) :: file
         integer :: process
-        logical :: is_safe
 
-        ! HDF5 may crash on a file that is damaged, so the reading is rehearsed by another process.
+        call start_hdf5()
+        ! HDF5 may crash on a file that is damaged, so another process looks at all of it before.
         process = begin_rehearsal(rehearsal_seconds)
-        is_safe = .true.
-        if (process /= 0) is_safe = rehearsal_went_well(process)
-        is_damaged = .not. is_safe
-        if (is_safe) then
-            call start_hdf5()
-            call take_over(self, path, source, problem, origin, share, is_damaged, error)
+        if (process == 0) then
+            call open_whole(source, file, error)
+            call end_rehearsal()
+        end if
+        is_damaged = .true.
+        if (rehearsal_went_well(process)) then
+            call open_whole(source, file, error)
+            if (.not. allocated(error)) then
+                call take_over(self, path, source, file, problem, origin, share, is_damaged, error)
+                call close_file(file)
+            end if
         else
             call raise(error, status_file, 'reading it ends in a crash of HDF5, or never')
         end if
-        if (process == 0) call end_rehearsal()
         if (allocated(error)) then
             if (is_damaged) error%message = 'cannot go on with ' // source // ': ' // error%message
             if (self%archive%is_open()) call self%archive%close(ignored)
-            if (.not. is_safe) call remove_file(path // '.part')
             return
         end if
         call self%archive%publish(.false., .true., error)
         if (allocated(error)) call self%fail(error)
     end subroutine resume_sweep_file
 
-    subroutine take_over(self, path, source, problem, origin, share, is_damaged, error)
+    !> Open a file, which must be what was written.
+    subroutine open_whole(path, file, error)
+        character(*), intent(in) :: path
+        integer(hid_t), intent(out) :: file
+        type(error_t), allocatable, intent(out) :: error
+
+        call open_file(path, file, error)
+        if (allocated(error)) return
+        call verify(file, error)
+        if (allocated(error)) call close_file(file)
+    end subroutine open_whole
+
+    subroutine take_over(self, path, source, file, problem, origin, share, is_damaged, error)
         class(sweep_file_t), intent(inout) :: self
         character(*), intent(in) :: path, source
+        integer(hid_t), intent(in) :: file
         type(problem_t), intent(in) :: problem
         type(origin_t), intent(in) :: origin
         type(share_t), intent(in) :: share
         logical, intent(out) :: is_damaged
         type(error_t), allocatable, intent(out) :: error
-        integer(hid_t) :: file, sweep
+        integer(hid_t) :: sweep
 
         is_damaged = .true.
-        call open_file(source, file, error)
-        if (allocated(error)) return
-        call verify(file, error)
-        if (.not. allocated(error)) call open_group(file, 'sweep', sweep, error)
+        call open_group(file, 'sweep', sweep, error)
         if (.not. allocated(error)) call check_same(file, sweep, source, origin, share, is_damaged, error)
         if (.not. allocated(error)) call get_attribute(file, 'created', self%created, error)
         if (.not. allocated(error)) call get_attribute(file, 'wall_seconds', self%wall_before, error)
@@ -245,7 +259,6 @@ contains
         if (.not. allocated(error)) call take_over_messages(self, file, error)
         if (.not. allocated(error)) call check_members(self, file, problem%sweep, is_damaged, error)
         if (.not. allocated(error) .and. self%members > 0) call take_over_members(self, sweep, file, error)
-        call close_file(file)
     end subroutine take_over
 
     !> The file is of the same deck with the same parameters, of the same program, and of the same share.
