@@ -13,7 +13,7 @@ module gb_block
     use gb_blocks_lanes, only: n_block, hold_between => hold, eliminate_between => eliminate_node, &
         back_substitute_between => back_substitute
     use gb_tie_lanes, only: hold_tie, pass_on_tie, follow_tie
-    use gb_chain_lanes, only: accelerate, go_back, join
+    use gb_chain_lanes, only: join
     use gb_blocks_pair, only: n_triangle, n_kept_node, hold, eliminate_node, eliminate_last_node, &
         back_substitute
     use gb_stage, only: stage_t
@@ -200,14 +200,14 @@ contains
         real(wp), intent(inout) :: room(lanes), pivot(lanes)
         real(wp), intent(inout), contiguous, optional :: r(:)
         real(wp), dimension(lanes, 3*n_fields) :: fields, a
-        integer :: i, at
+        integer :: i, last, at
 
         at = self%slots%place(slot)
         call self%slots%gather(slot, u, fields)
-        if (stage%mass_factor > 0.0_wp) call accelerate(stage%mass_factor, fields, self%u_mass(1, at + 1), a)
-        if (stage%force_factor < 1.0_wp) then
-            call go_back(stage%force_factor, (fields), self%u_start(1, at + 1), fields)
-        end if
+        last = at + 3*n_fields
+        if (stage%mass_factor > 0.0_wp) a = stage%mass_factor*(fields - self%u_mass(:, at + 1:last))
+        if (stage%force_factor < 1.0_wp) fields = self%u_start(:, at + 1:last) &
+            + stage%force_factor*(fields - self%u_start(:, at + 1:last))
         call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
             self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(slot)), &
             stage%mass_factor/stage%force_factor, fields, a, self%f_external(1, at + n_fields + 1), part, &

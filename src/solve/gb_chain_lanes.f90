@@ -38,7 +38,7 @@ module gb_chain_lanes
         procedure :: kinetic_energy
     end type chain_t
 
-    public :: accelerate, go_back, join
+    public :: join
 
 contains
 
