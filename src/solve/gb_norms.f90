@@ -16,22 +16,24 @@ contains
     pure function largest_values(u) result(largest)
         real(wp), intent(in), contiguous :: u(:)    !! (5 nn)
         real(wp) :: largest(n_fields)
-        real(wp) :: most(group), check(group)
-        integer :: i, k, whole
+        real(wp) :: most(group), check(group)       !! check: made NaN by infinities and NaNs
+        integer :: i, k, first
 
         most = 0.0_wp
         check = 0.0_wp
-        whole = size(u) - modulo(size(u), group)
-        do i = 0, whole - 1, group
-            call look_at(u(i + 1:i + group), most, check)
-        end do
-        ! What is left, with some of those before it once more: fields repeat with the nodes.
-        if (whole > 0) then
-            if (size(u) > whole) call look_at(u(size(u) - group + 1:), most, check)
-        else
+        if (size(u) < group) then
             do k = 1, size(u)
                 most(k) = abs(u(k))
                 check(k) = 0.0_wp*u(k)
+            end do
+        else
+            do i = 0, size(u) - 1, group
+                ! The last group has some of those before it once more: fields repeat with the nodes.
+                first = min(i, size(u) - group)
+                do k = 1, group
+                    most(k) = max(most(k), abs(u(first + k)))
+                    check(k) = check(k) + 0.0_wp*u(first + k)
+                end do
             end do
         end if
         do k = 1, n_fields
@@ -39,17 +41,5 @@ contains
         end do
         if (.not. all(check >= 0.0_wp)) largest = huge(largest)
     end function largest_values
-
-    pure subroutine look_at(u, most, check)
-        real(wp), intent(in) :: u(group)
-        real(wp), intent(inout) :: most(group)      !! largest absolute values
-        real(wp), intent(inout) :: check(group)     !! made NaN by infinities and NaNs, and 0 else
-        integer :: k
-
-        do k = 1, group
-            most(k) = max(most(k), abs(u(k)))
-            check(k) = check(k) + 0.0_wp*u(k)
-        end do
-    end subroutine look_at
 
 end module gb_norms
