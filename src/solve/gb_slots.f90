@@ -21,7 +21,7 @@ module gb_slots
     logical, parameter :: is_mirrored(lanes) = [(modulo(lane, 2) == 0, lane=1, lanes)]
     integer, parameter :: stride(lanes) = merge(-n_fields, n_fields, is_mirrored)   !! from node to node
     !> Shorter chunks do not pay; with two lanes none does: each end of the beam has one.
-    integer, parameter :: least_chunk = merge(3, huge(1), lanes > 2)
+    integer, parameter :: least_chunk = merge(4, huge(1), lanes > 2)
 
     type, public :: slots_t
         integer :: n_slots = 0
@@ -195,14 +195,14 @@ contains
         integer :: l, i, n, at(lanes)
 
         at = n_node*self%outer(:, slot)
+        !GCC$ unroll 3
         do n = 1, 3
             do i = 1, n_fields
                 !GCC$ unroll 16
                 do l = 1, lanes
-                    fields(l, i, n) = u(at(l) + i)
+                    fields(l, i, n) = u(at(l) + (n - 1)*stride(l) + i)
                 end do
             end do
-            at = at + stride
         end do
     end subroutine gather
 
