@@ -20,8 +20,9 @@ module gb_slots
     integer :: lane
     logical, parameter :: is_mirrored(lanes) = [(modulo(lane, 2) == 0, lane=1, lanes)]
     integer, parameter :: stride(lanes) = merge(-n_fields, n_fields, is_mirrored)   !! from node to node
-    !> Shorter chunks do not pay; with two lanes none does: each end of the beam has one.
-    integer, parameter :: least_chunk = merge(4, huge(1), lanes > 2)
+    !> Shorter chunks do not pay, nor longer ones: what they keep leaves the cache. With two lanes none does:
+    !> each end of the beam has one.
+    integer, parameter :: least_chunk = merge(4, huge(1), lanes > 2), most_chunk = 1000
 
     type, public :: slots_t
         integer :: n_slots = 0
@@ -68,7 +69,7 @@ contains
         integer, intent(in) :: n_elements
         integer :: n_rest, l, s, before, done
 
-        self%chunk = n_elements/lanes
+        self%chunk = min(n_elements/lanes, most_chunk)
         if (self%chunk < least_chunk) self%chunk = 0
         n_rest = n_elements - lanes*self%chunk
         self%n_slots = self%chunk + (n_rest + lanes - 1)/lanes
