@@ -80,7 +80,7 @@ def find_damage(path):
 def walk(file):
     """What is wrong with a file that could be opened, or nothing."""
     try:
-        return look_at("the file", file) or file.visititems(look_at) or ""
+        return ("units" in file and look_at("the file", file)) or file.visititems(look_at) or ""
     except DAMAGE as error:
         return one_line(error)
 
@@ -89,6 +89,8 @@ def look_at(name, thing):
     """What is wrong with an object; nothing where all is well, or where it has no checksums."""
     try:
         texts = text_checksum(thing.attrs)
+        if isinstance(thing, h5py.File):
+            texts = text_checksum(thing["units"].attrs, texts)
         if thing.attrs.get("text_checksum", texts) != texts:
             return f"the attributes of {name} are not what was written"
         if not isinstance(thing, h5py.Dataset):
@@ -103,8 +105,8 @@ def look_at(name, thing):
 
 
 def checksum(values):
-    """The CRC-32 that a results file has for a dataset: of its bytes, or of its text, or of all its texts, each
-    with a line's end behind it."""
+    """The CRC-32 that a results file has for a dataset: of its bytes, or of its text, or of all its texts,
+    each with a line's end behind it."""
     if isinstance(values, (str, bytes)):
         return zlib.crc32(as_bytes(values))
     if values.dtype == object:
@@ -112,10 +114,9 @@ def checksum(values):
     return zlib.crc32(np.ascontiguousarray(values).tobytes())
 
 
-def text_checksum(attributes):
-    """The CRC-32 of an object's attributes that are texts, or lists of texts: by name, each text with a line's
-    end behind it."""
-    found = 0
+def text_checksum(attributes, found=0):
+    """The CRC-32 of an object's attributes that are texts, or lists of texts: by name, each text with a
+    line's end behind it. That of the file goes on with those of /units."""
     for name in sorted(attributes):
         value = attributes[name]
         if isinstance(value, str) or isinstance(value, np.ndarray) and value.dtype == object:

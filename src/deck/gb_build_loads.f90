@@ -4,7 +4,6 @@ module gb_build_loads
     use gb_diagnostics, only: diagnostics_t, span_t
     use gb_draft, only: draft_t, resize, space_history
     use gb_fields, only: n_fields, field_names, field_u1, field_u3, field_y1, field_y3
-    use gb_kinds, only: wp
     use gb_load, only: support_t, prescribed_t, point_load_t, distributed_load_t, gravity_t, initial_t, &
         stage_all, stage_static, stage_transient
     use gb_text, only: to_text

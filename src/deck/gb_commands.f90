@@ -2,8 +2,8 @@
 !> here; parser, `--keywords` and docs/deck.md follow.
 module gb_commands
     use gb_kinds, only: wp
-    use gb_schema, only: schema_t, form_t, key_t, range_t, kind_real, kind_integer, kind_reals, kind_text, &
-        kind_choice, kind_choices, kind_name, kind_names, kind_formula, part_model, part_solution, part_any, &
+    use gb_schema, only: schema_t, form_t, key_t, range_t, kind_real, kind_integer, kind_reals, &
+        kind_text, kind_choice, kind_choices, kind_name, kind_names, kind_formula, part_solution, part_any, &
         above, at_least, between, inside, nonzero
     implicit none
     private

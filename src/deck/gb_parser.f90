@@ -5,7 +5,7 @@ module gb_parser
     use gb_diagnostics, only: diagnostics_t, span_t, quoted
     use gb_expression, only: parameters_t
     use gb_lexer, only: statement_t, token_word, token_quoted, token_equals
-    use gb_names, only: is_name, max_name
+    use gb_names, only: is_name
     use gb_schema, only: schema_t, max_keyword, split_words
     use gb_synonyms, only: command_for, key_for, plane_hint
     use gb_text, only: lower_case, nearest_name

@@ -3,7 +3,7 @@ module gb_source
     use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr, c_size_t, c_associated
     use gb_diagnostics, only: printable
     use gb_error, only: error_t, raise, status_file, status_input
-    use gb_text, only: newline, to_text
+    use gb_text, only: to_text
     implicit none
     private
 

@@ -3,8 +3,8 @@ module gb_sweep_command
     use gb_diagnostics, only: diagnostics_t, span_t, quoted
     use gb_error, only: error_t
     use gb_expression, only: compile_expression, expression_t, parameters_t
-    use gb_kinds, only: wp, i8
-    use gb_lexer, only: statement_t, split_list, token_equals, token_list, token_word
+    use gb_kinds, only: wp
+    use gb_lexer, only: statement_t, split_list, token_equals, token_list
     use gb_names, only: is_name, max_name
     use gb_parameters, only: override_t
     use gb_parser, only: is_key, is_value

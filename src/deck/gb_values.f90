@@ -4,7 +4,7 @@ module gb_values
     use gb_command, only: value_t
     use gb_diagnostics, only: diagnostics_t, span_t, quoted
     use gb_expression, only: compile_expression, expression_t, parameters_t
-    use gb_lexer, only: token_t, token_word, token_quoted, token_list, split_list
+    use gb_lexer, only: token_t, token_quoted, token_list, split_list
     use gb_names, only: max_name
     use gb_program, only: function_names
     use gb_schema, only: key_t, max_keyword, split_words, kind_real, kind_integer, kind_reals, kind_text, &

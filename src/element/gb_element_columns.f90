@@ -33,13 +33,18 @@ module gb_element_columns
     integer, parameter, public :: at_by_bubble = n_section + 4  !! 1/bubble [1/L]
     integer, parameter, public :: at_swing = n_section + 5  !! length^2/48, mean square of E over E^2 [L^2]
     integer, parameter, public :: at_mass = n_section + 5       !! + field: mass, rho (A, A, I, I, I4) length
-    integer, parameter, public :: n_element = at_mass + n_fields
+    !> + 1 ... 3: rho (A, I, I4) length/2 where inertia is full, and mass is 0 then.
+    integer, parameter, public :: at_mass_moment = at_mass + n_fields, n_mass_moments = 3
+    integer, parameter, public :: n_element = at_mass_moment + n_mass_moments
 
     !> Parts of a condensed element's tangent and residual, part(lanes, n_condensed): upper triangles by
     !> columns. Then the residual before the elimination, at left, middle and right node, without external
     !> forces on the ends.
     integer, parameter, public :: at_ll = 0, at_rr = 15, at_lr = 30, at_l = 55, at_r = 60, at_raw = 65, &
         n_condensed = 80
+    !> What full inertia adds to an element's tangent, full(lanes, n_triangle, n_full): all symmetric, upper
+    !> triangles by columns. In p, between p and E, p and S; at left and right node, and between them.
+    integer, parameter, public :: on_pp = 1, on_pe = 2, on_ps = 3, on_ll = 4, on_rr = 5, on_lr = 6, n_full = 6
     !> What brings the middle node back, kept(lanes, n_kept): unit factor (10), multipliers (5, 11).
     integer, parameter, public :: n_kept = 65
 

@@ -13,7 +13,9 @@ module gb_element_lanes
     use gb_fields, only: n_fields
     use gb_section_lanes, only: section_tangent
     use gb_element_columns, only: n_strains, n_element, n_condensed, n_kept, at_slope, at_kappa, &
-        at_bubble, at_by_bubble, at_swing, at_mass, at_raw
+        at_bubble, at_by_bubble, at_swing, at_mass, at_raw, n_full
+    use gb_blocks_lanes, only: n_triangle
+    use gb_inertia_lanes, only: inertia_t, full_inertia, eliminate_full, add_to_ends
     use gb_middle_lanes, only: factorise_middle, eliminate_middle
     use gb_ends_lanes, only: condense_to_ends
     implicit none
@@ -24,14 +26,15 @@ module gb_element_lanes
 contains
 
     !> Residual and tangent of the elements of one slot, the middle node eliminated.
-    pure subroutine condense_element(pairs, has_middle, is_square, has_limit, con, mass_factor, u, a, f, &
+    pure subroutine condense_element(pairs, has_middle, is_square, has_limit, con, inertia, u, v, a, f, &
         part, kept, room, pivot)
         integer, intent(in) :: pairs
         logical, intent(in) :: has_middle, is_square, has_limit     !! as section_tangent's
         real(wp), intent(in) :: con(lanes, n_element)
-        real(wp), intent(in) :: mass_factor                 !! of the stage; 0 in statics [1/T^2]
+        type(inertia_t), intent(in) :: inertia              !! its factors over the stage's force_factor
         real(wp), intent(in) :: u(lanes, n_fields, 3)       !! fields at left, middle and right node
-        real(wp), intent(in) :: a(lanes, n_fields, 3)       !! accelerations there, mass_factor (U - u_mass)
+        real(wp), intent(in) :: v(lanes, n_fields, 3)       !! velocities there, where inertia is full
+        real(wp), intent(in) :: a(lanes, n_fields, 3)       !! accelerations there plus drag times velocities
         real(wp), intent(in) :: f(lanes, n_fields)          !! external force on the middle node
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(out) :: kept(lanes, n_kept)
@@ -41,8 +44,12 @@ contains
         real(wp), dimension(lanes, n_strains, n_strains) :: h1, h2
         real(wp), dimension(lanes, n_fields) :: mass, inverse
         real(wp) :: c(lanes, n_fields, 2*n_fields + 1), r(lanes, n_fields, 0:2)
+        real(wp) :: full(lanes, n_triangle, n_full), force(lanes, n_fields, 0:2), mass_factor
+        logical :: is_full
         integer :: i
 
+        is_full = inertia%is_full .and. inertia%mass_factor > 0.0_wp
+        mass_factor = inertia%mass_factor + inertia%drag*inertia%damping_factor
         call strains(con, u, g1, g2)
         call section_tangent(pairs, has_middle, is_square, has_limit, con, g1, s1, h1, room)
         call section_tangent(pairs, has_middle, is_square, has_limit, con, g2, s2, h2, room)
@@ -50,13 +57,17 @@ contains
         do i = 1, n_fields
             mass(:, i) = mass_factor*con(:, at_mass + i)
         end do
+        if (is_full) call full_inertia(con, inertia, u, v, a, force, full)
         ! The pivots are a long chain of divisions, beside which the processor sums up the residual.
-        call factorise_middle(con, mass, h1, h2, kept, inverse, pivot)
+        call factorise_middle(con, mass, h1, h2, is_full, full, kept, inverse, pivot)
         call join_stresses(con, s1, s2, r)
         if (mass_factor > 0.0_wp) call add_inertia(con, a, r)
+        if (is_full) r = r + force
         call add_load(con, f, r, part)
         call eliminate_middle(con, mass, h1, h2, r, inverse, c, kept)
+        if (is_full) call eliminate_full(full, inverse, c, kept)
         call condense_to_ends(con, mass, h1, h2, c, kept, r, part)
+        if (is_full) call add_to_ends(full, part)
     end subroutine condense_element
 
     !> Generalised strains at the two points.

@@ -8,6 +8,7 @@ module gb_energy_lanes
     use gb_element_columns, only: n_strains, n_element, at_mu, at_log, at_power, at_minus_beta, &
         at_inverse_jm, at_middle, at_z, at_weight, at_slope, at_swing, at_mass
     use gb_element_lanes, only: strains
+    use gb_inertia_lanes, only: full_kinetic_energy
     implicit none
     private
 
@@ -109,8 +110,10 @@ contains
     end subroutine add_logarithms
 
     !> Kinetic energy of every lane's element [F L], with the mass of gb_element_lanes.
-    pure subroutine kinetic_energy(con, v, energy)
+    pure subroutine kinetic_energy(con, is_full, u, v, energy)
         real(wp), intent(in) :: con(lanes, n_element)
+        logical, intent(in) :: is_full                      !! whether some element has inertia=full
+        real(wp), intent(in) :: u(lanes, n_fields, 3)       !! fields there, where inertia is full
         real(wp), intent(in) :: v(lanes, n_fields, 3)       !! velocities at left, middle and right node
         real(wp), intent(out) :: energy(lanes)
         real(wp) :: mean, b, e
@@ -126,6 +129,7 @@ contains
                     + (4.0_wp/15.0_wp)*b*b + 0.5_wp*con(l, at_swing)*e*e)
             end do
         end do
+        if (is_full) call full_kinetic_energy(con, u, v, energy)
     end subroutine kinetic_energy
 
 end module gb_energy_lanes

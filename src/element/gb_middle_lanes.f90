@@ -5,7 +5,8 @@ module gb_middle_lanes
     use gb_kinds, only: wp
     use gb_lanes, only: lanes
     use gb_fields, only: n_fields
-    use gb_element_columns, only: n_strains, n_element, n_kept, at_kappa, at_bubble
+    use gb_element_columns, only: n_strains, n_element, n_kept, at_kappa, at_bubble, &
+        n_full, on_pp
     use gb_blocks_lanes, only: n_triangle, factorise
     implicit none
     private
@@ -15,16 +16,19 @@ module gb_middle_lanes
 contains
 
     !> The tangent in p, factorised: its unit factor L into `kept`, and 1/D.
-    pure subroutine factorise_middle(con, mass, h1, h2, kept, inverse, pivot)
+    pure subroutine factorise_middle(con, mass, h1, h2, is_full, full, kept, inverse, pivot)
         real(wp), intent(in) :: con(lanes, n_element)
         real(wp), intent(in) :: mass(lanes, n_fields)       !! mass of each field times the stage's factor
         real(wp), intent(in), dimension(lanes, n_strains, n_strains) :: h1, h2  !! Hessians of the points
+        logical, intent(in) :: is_full                      !! whether there is full inertia
+        real(wp), intent(in) :: full(lanes, n_triangle, n_full)     !! its part of the tangent
         real(wp), intent(inout) :: kept(lanes, n_kept)
         real(wp), intent(out) :: inverse(lanes, n_fields)
         real(wp), intent(inout) :: pivot(lanes)             !! as gb_blocks_lanes' factorise
         real(wp) :: k(lanes, n_triangle)
 
         call middle_tangent(con, mass, h1, h2, k)
+        if (is_full) k = k + full(:, :, on_pp)
         call factorise(k, kept, inverse, pivot)
     end subroutine factorise_middle
 

@@ -85,13 +85,20 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(kit_t) :: kit
         integer(hid_t), allocatable :: objects(:)
-        integer :: info
+        integer(i8) :: of_texts
+        logical :: has_texts
+        integer :: info, i
 
         allocate (objects(tree%n))
         objects(root) = file
         call make_kit(kit, info)
         call write_attributes(file, tree%nodes(root), kit, info)
-        if (info >= 0) call write_checksums(file, tree%nodes(root), kit, info)
+        of_texts = 0
+        call add_texts(tree%nodes(root), of_texts, has_texts)
+        do i = root + 1, tree%n
+            if (is_units(tree%nodes(i))) call add_texts(tree%nodes(i), of_texts, has_texts)
+        end do
+        if (info >= 0) call write_checksum(file, 'text_checksum', of_texts, kit, info)
         if (info >= 0) call link_kept(file, tree%nodes(root), info)
         call write_nodes(tree, root + 1, store, kit, objects, info, error)
         call drop_kit(kit)
@@ -396,21 +403,39 @@ contains
         type(kit_t), intent(in) :: kit
         integer, intent(out) :: info
         integer(i8) :: of_texts
-        integer :: last, i
+        logical :: has_texts
 
         info = 0
-        if (node%kind == node_link) return
+        if (node%kind == node_link .or. is_units(node)) return
         if (node%kind /= node_group) call write_checksum(object, 'checksum', node%checksum, kit, info)
         of_texts = 0
+        call add_texts(node, of_texts, has_texts)
+        if (has_texts .and. info >= 0) call write_checksum(object, 'text_checksum', of_texts, kit, info)
+    end subroutine write_checksums
+
+    !> Whether this is /units, whose only attributes are the units: the root's checksum goes on with them.
+    pure logical function is_units(node)
+        type(node_t), intent(in) :: node
+
+        is_units = node%name == 'units' .and. node%kind == node_group .and. node%parent == root
+    end function is_units
+
+    !> Go on with the checksum of an object's attributes that are texts.
+    subroutine add_texts(node, checksum, has_texts)
+        type(node_t), intent(in) :: node
+        integer(i8), intent(inout) :: checksum
+        logical, intent(out) :: has_texts
+        integer :: last, i
+
         last = 0
         do
             i = next_text(node, last)
             if (i == 0) exit
-            call add_to_checksum(of_texts, node%attributes(i)%text // newline)
+            call add_to_checksum(checksum, node%attributes(i)%text // newline)
             last = i
         end do
-        if (last > 0 .and. info >= 0) call write_checksum(object, 'text_checksum', of_texts, kit, info)
-    end subroutine write_checksums
+        has_texts = last > 0
+    end subroutine add_texts
 
     !> The attribute that is a text, or a list of them, and follows another one by name (0: the first one); 0
     !> where there is none.

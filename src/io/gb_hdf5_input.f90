@@ -1,16 +1,14 @@
 !> Reading with HDF5 what this program has written: files, attributes, whole arrays, and rows of series.
 !> Whatever is not there, or is not of the kind asked for, is an error_t with exit status 3.
 module gb_hdf5_input
-    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_loc, c_null_char, &
-        c_ptr, c_size_t
-    use hdf5, only: hid_t, hsize_t, h5aget_space_f, h5gget_info_f, h5gopen_f, &
-        h5lget_name_by_idx_f, h5_index_crt_order_f, h5_iter_inc_f, h5t_string, &
-        h5t_cset_utf8_f, h5tcopy_f, h5tset_cset_f, h5sget_simple_extent_npoints_f, h5fopen_f, &
-        h5f_acc_rdonly_f, h5aopen_f, h5aread_f, h5aclose_f, &
-        h5aget_type_f, h5tget_class_f, h5tis_variable_str_f, h5tclose_f, h5t_string_f, &
-        h5t_float_f, h5t_integer_f, h5t_native_double, &
-        h5t_native_integer, h5dopen_f, h5dread_f, h5dclose_f, h5dget_space_f, h5dget_type_f, h5sclose_f, &
-        h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, &
+    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int64_t, c_loc, &
+        c_null_char, c_ptr, c_size_t
+    use hdf5, only: hid_t, hsize_t, h5aget_space_f, h5gget_info_f, h5gopen_f, h5lget_name_by_idx_f, &
+        h5_index_crt_order_f, h5_iter_inc_f, h5t_string, h5t_cset_utf8_f, h5tcopy_f, h5tset_cset_f, &
+        h5sget_simple_extent_npoints_f, h5aopen_f, h5aread_f, h5aclose_f, h5aget_type_f, &
+        h5tget_class_f, h5tis_variable_str_f, h5tclose_f, h5t_string_f, h5t_float_f, h5t_integer_f, &
+        h5t_native_double, h5t_native_integer, h5dopen_f, h5dread_f, h5dclose_f, h5dget_space_f, &
+        h5dget_type_f, h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, &
         h5lexists_f, h5fclose_f, h5sselect_hyperslab_f, h5s_select_set_f, h5screate_simple_f
     use gb_kinds, only: wp, i8
     use gb_error, only: error_t, raise, status_file
@@ -42,6 +40,12 @@ module gb_hdf5_input
             import :: c_ptr
             type(c_ptr), value, intent(in) :: address
         end subroutine c_free
+
+        function c_open_to_read(path) bind(c, name="gb_open_to_read") result(file)
+            import :: c_char, c_int64_t
+            character(kind=c_char), intent(in) :: path(*)
+            integer(c_int64_t) :: file
+        end function c_open_to_read
 
         function c_verify(file, name, size) bind(c, name="gb_verify") result(failed)
             import :: c_char, c_int, c_int64_t, c_size_t
@@ -86,11 +90,9 @@ contains
         character(*), intent(in) :: path
         integer(hid_t), intent(out) :: file
         type(error_t), allocatable, intent(out) :: error
-        integer :: info
 
-        file = -1
-        call h5fopen_f(path, h5f_acc_rdonly_f, file, info)
-        if (info < 0) call raise(error, status_file, 'it is no HDF5 file, or is damaged')
+        file = c_open_to_read(path // c_null_char)
+        if (file < 0) call raise(error, status_file, 'it is no HDF5 file, or is damaged')
     end subroutine open_file
 
     !> Whether a type is of a class, and (for texts) of variable length.

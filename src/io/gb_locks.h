@@ -1,4 +1,4 @@
-/* Locks on results files, for gb_store_c.c and gb_claim_c.c. */
+/* Locks on results files, for gb_store_c.c. */
 #ifndef GB_LOCKS_H
 #define GB_LOCKS_H
 

@@ -5,7 +5,7 @@ module gb_results_tuning
     use gb_archive, only: archive_t, root, stored_int32
     use gb_problem, only: problem_t
     use gb_section, only: inertia_names
-    use gb_tuning, only: tuning_t, setting_t, n_sources, source_names
+    use gb_tuning, only: tuning_t, n_sources, source_names
     implicit none
     private
 

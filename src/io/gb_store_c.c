@@ -22,6 +22,7 @@
 #if H5_VERSION_GE(1, 13, 0)
 #include <H5FDdevelop.h>
 #endif
+#include "gb_cache.h"
 #include "gb_locks.h"
 
 #define SUPERBLOCK_ROOM 64                  /* the first bytes of the file; HDF5's superblock of version 2 takes 48 */
@@ -51,7 +52,8 @@ typedef struct {
     int wants_new_region;
     unsigned char *image;                   /* its metadata */
     size_t image_room, image_bytes;
-    int has_overflowed;                     /* it has outgrown its region */
+    unsigned char *annex;                   /* what did not fit in the region, as if it lay at the end of the file */
+    size_t annex_room, annex_bytes;
     unsigned char superblock[SUPERBLOCK_ROOM];
     size_t superblock_bytes;
     int superblock_given;
@@ -186,33 +188,40 @@ static haddr_t driver_get_eoa(const H5FD_t *file, H5FD_mem_t type)
     /* HDF5 takes a file for new while it is empty. */
     if (!store->superblock_given)
         return 0;
-    return (haddr_t)(top > store->end ? top : store->end);
+    return (haddr_t)((top > store->end ? top : store->end) + (int64_t)store->annex_bytes);
 }
 
-/* Metadata gets the next bytes of the region. */
-static void take(store_t *store, int64_t bytes)
+/* Room for metadata: the next bytes of the region, or, where it is full, of the annex. Its address. */
+static int64_t take(store_t *store, size_t bytes)
 {
     const region_t *region = &store->regions[store->current];
+    size_t at = (store->image_bytes + 7) / 8 * 8;
 
-    store->image_bytes += (size_t)bytes;
-    if (region->capacity > 0 && (int64_t)store->image_bytes > region->capacity)
-        store->has_overflowed = 1;
+    if (region->capacity > 0 && (store->annex_bytes > 0 || (int64_t)(at + bytes) > region->capacity)) {
+        at = (store->annex_bytes + 7) / 8 * 8;
+        store->annex_bytes = at + bytes;
+        return store->end + (int64_t)at;
+    }
+    store->image_bytes = at + bytes;
+    return region->base + (int64_t)at;
 }
 
-/* HDF5 makes its last piece longer. */
+/* HDF5 makes its last piece longer, the one at the end. */
 static herr_t driver_set_eoa(H5FD_t *file, H5FD_mem_t type, haddr_t address)
 {
+    store_t *store = store_of(file);
     int64_t more = (int64_t)address - (int64_t)driver_get_eoa(file, type);
 
-    if (more > 0)
-        take(store_of(file), more);
+    if (more > 0 && store->annex_bytes > 0)
+        store->annex_bytes += (size_t)more;
+    else if (more > 0)
+        store->image_bytes += (size_t)more;
     return 0;
 }
 
 static haddr_t driver_allocate(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, hsize_t size)
 {
     store_t *store = store_of(file);
-    int64_t at;
 
     (void)dxpl;
     if (type == H5FD_MEM_SUPER && !store->superblock_given) {
@@ -225,10 +234,7 @@ static haddr_t driver_allocate(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, hsize_
         store->offers_left--;
         return (haddr_t)*store->offers++;
     }
-    take(store, -(int64_t)store->image_bytes & 7);
-    at = base_of(store) + (int64_t)store->image_bytes;
-    take(store, (int64_t)size);
-    return (haddr_t)at;
+    return (haddr_t)take(store, (size_t)size);
 }
 
 static herr_t driver_free(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr_t address, hsize_t size)
@@ -237,46 +243,53 @@ static herr_t driver_free(H5FD_t *file, H5FD_mem_t type, hid_t dxpl, haddr_t add
     return 0;
 }
 
-static int make_image_room(store_t *store, size_t bytes)
+/* Let a buffer have so many bytes at least; new ones are 0. */
+static int make_room(store_t *store, unsigned char **buffer, size_t *room, size_t bytes)
 {
-    size_t room = store->image_room ? store->image_room : 32768;
+    size_t wanted = *room ? *room : 32768;
     unsigned char *larger;
 
-    if (bytes <= store->image_room)
+    if (bytes <= *room)
         return 0;
-    while (room < bytes)
-        room *= 2;
-    larger = realloc(store->image, room);
+    while (wanted < bytes)
+        wanted *= 2;
+    larger = realloc(*buffer, wanted);
     if (!larger)
         return failed(store, strerror(ENOMEM));
-    memset(larger + store->image_room, 0, room - store->image_room);
-    store->image = larger;
-    store->image_room = room;
+    memset(larger + *room, 0, wanted - *room);
+    *buffer = larger;
+    *room = wanted;
     return 0;
 }
 
 /* Where a piece of metadata is kept, or NULL where the file holds no metadata. */
 static unsigned char *place(store_t *store, haddr_t address, size_t size)
 {
-    int64_t within = (int64_t)address - base_of(store);
+    int64_t within = (int64_t)address - base_of(store), beyond = (int64_t)address - store->end;
 
     if (address + size <= SUPERBLOCK_ROOM)
         return store->superblock + address;
-    if (within < 0 || within + (int64_t)size > (int64_t)store->image_bytes)
-        return NULL;
-    return make_image_room(store, store->image_bytes) == 0 ? store->image + within : NULL;
+    if (within >= 0 && within + (int64_t)size <= (int64_t)store->image_bytes)
+        return make_room(store, &store->image, &store->image_room, store->image_bytes) ? NULL : store->image + within;
+    if (beyond >= 0 && beyond + (int64_t)size <= (int64_t)store->annex_bytes)
+        return make_room(store, &store->annex, &store->annex_room, store->annex_bytes) ? NULL : store->annex + beyond;
+    return NULL;
 }
 
-/* Whether an address belongs to what earlier editions have kept. */
+/* Whether an address belongs to what earlier editions have kept. Regions lie in the file in their order. */
 static int is_kept(const store_t *store, haddr_t address)
 {
-    for (int i = 0; i < store->n_regions; i++) {
-        const region_t *region = &store->regions[i];
-        if (region->is_kept && i != store->current && (int64_t)address >= region->base &&
-            (int64_t)address < region->base + region->capacity)
-            return 1;
+    int low = 0, high = store->n_regions - 1;
+
+    while (low < high) {
+        int middle = (low + high + 1) / 2;
+        if (store->regions[middle].base <= (int64_t)address)
+            low = middle;
+        else
+            high = middle - 1;
     }
-    return 0;
+    return store->regions[low].is_kept && low != store->current && (int64_t)address >= store->regions[low].base &&
+           (int64_t)address < store->regions[low].base + store->regions[low].capacity;
 }
 
 /* HDF5 reads what it has given us in this edition, and the headers of objects kept by earlier ones. */
@@ -408,7 +421,7 @@ hid_t gb_store_begin(store_t *store, int to_be_kept)
     if (store->image)
         memset(store->image, 0, store->image_room);
     store->image_bytes = 0;
-    store->has_overflowed = 0;
+    store->annex_bytes = 0;
     store->superblock_given = 0;
     store->offers_left = 0;
     memset(store->superblock, 0, sizeof store->superblock);
@@ -418,6 +431,7 @@ hid_t gb_store_begin(store_t *store, int to_be_kept)
     H5Pset_driver(access, driver_id, &info);
     /* Superblocks from version 3 on are marked while somebody writes: after a kill no reader would take the file. */
     H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);
+    gb_limit_cache(access);
     file = H5Fcreate(store->part, H5F_ACC_TRUNC, H5P_DEFAULT, access);
     H5Pclose(access);
     return file;
@@ -474,7 +488,7 @@ static int write_image(store_t *store, int reserve)
     }
     /* The last edition's region ends with it, rounded up; then the file ends there too. */
     bytes = reserve ? (int64_t)store->image_bytes : ((int64_t)store->image_bytes + 7) / 8 * 8;
-    if (make_image_room(store, (size_t)bytes) != 0)
+    if (make_room(store, &store->image, &store->image_room, (size_t)bytes) != 0)
         return 1;
     return gb_store_write(store, region->base, store->image, bytes) != 0 || write_gathered(store) != 0;
 }
@@ -516,8 +530,8 @@ int gb_store_link(hid_t group, const char *name, int64_t address)
    grow; `durable`: let it reach the disk first. 0: went well; 1: it failed; 2: it did not fit, make it once more. */
 int gb_store_commit(store_t *store, int reserve, int durable)
 {
-    store->wants_new_region = store->has_overflowed;
-    if (store->has_overflowed)
+    store->wants_new_region = store->annex_bytes > 0;
+    if (store->wants_new_region)
         return 2;
     if (store->published && !is_in_its_place(store))
         return failed(store, "it was removed or replaced during the run");
@@ -603,6 +617,7 @@ static void release(store_t *store)
     free(store->gathered);
     free(store->regions);
     free(store->image);
+    free(store->annex);
     free(store);
 }
 

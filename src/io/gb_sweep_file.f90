@@ -17,7 +17,7 @@ module gb_sweep_file
     use gb_member, only: member_t, member_complete, member_failed
     use gb_member_file, only: write_member, member_name
     use gb_mesh, only: mesh_t
-    use gb_problem, only: problem_t, probe_t, task_static, task_modal
+    use gb_problem, only: problem_t, task_static, task_modal
     use gb_results_header, only: write_header, write_units, write_mesh, now
     use gb_results_task, only: derived_unit, probe_description
     use gb_share, only: share_t

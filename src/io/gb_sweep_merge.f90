@@ -1,7 +1,7 @@
 !> Joins the files of a study's shards into one, which holds the same as that of a run that was not divided;
 !> or puts the members of one file into their order.
 module gb_sweep_merge
-    use gb_kinds, only: wp, i8
+    use gb_kinds, only: wp
     use gb_archive, only: archive_t, root, stored_real64, stored_int32, stored_int8
     use gb_error, only: error_t, raise, status_file
     use gb_hdf5, only: start_hdf5
@@ -10,8 +10,10 @@ module gb_sweep_merge
         verify
     use gb_member, only: member_waiting, member_failed
     use gb_member_file, only: member_name
+    use gb_model, only: units_t
     use gb_names, only: max_name
     use gb_posix, only: raise_file_limit
+    use gb_results_header, only: write_units
     use gb_share, only: share_t, study_end
     use gb_sweep_file, only: members_a_batch
     implicit none
@@ -220,6 +222,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
         character(16), parameter :: texts(6) = [character(16) :: 'format', 'program_version', &
             'git_revision', 'compiler', 'title', 'created']
+        type(units_t) :: units
+        integer(hid_t) :: group
         character(:), allocatable :: text
         real(wp) :: wall, cpu, seconds
         integer :: i, version
@@ -243,7 +247,13 @@ contains
         call archive%set(root, 'message', message)
         call archive%set(root, 'wall_seconds', wall)
         call archive%set(root, 'cpu_seconds', cpu)
-        call archive%keep_copies(root, spread(shards(1)%file, 1, 3), ['deck ', 'units', 'mesh '], error)
+        call open_group(shards(1)%file, 'units', group, error)
+        if (.not. allocated(error)) call get_attribute(group, 'length', units%length, error)
+        if (.not. allocated(error)) call get_attribute(group, 'force', units%force, error)
+        if (.not. allocated(error)) call get_attribute(group, 'time', units%time, error)
+        if (allocated(error)) return
+        call write_units(archive, units)
+        call archive%keep_copies(root, spread(shards(1)%file, 1, 2), ['deck', 'mesh'], error)
     end subroutine write_root
 
     subroutine write_sweep(archive, shards, places, share, error)

@@ -1,7 +1,6 @@
 !> The scene a deck describes: materials, sections, lines, supports, loads. Nothing in it changes while it is
 !> solved.
 module gb_model
-    use gb_kinds, only: wp
     use gb_section, only: material_t, section_t, rule_linear
     use gb_mesh, only: line_t, mesh_t
     use gb_history, only: history_t

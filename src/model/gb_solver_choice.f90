@@ -3,7 +3,7 @@ module gb_solver_choice
     use gb_kinds, only: wp
     use gb_text, only: to_text
     use gb_fields, only: n_fields
-    use gb_section, only: rule_gauss, inertia_full
+    use gb_section, only: rule_gauss
     use gb_model, only: model_t
     implicit none
     private
@@ -34,10 +34,8 @@ contains
                 reason = 'a section has another rule than gauss'
             else if (any(model%sections(mesh%section)%points /= model%sections(mesh%section(1))%points)) then
                 reason = 'sections differ in points='
-            else if (any(model%sections(mesh%section)%inertia == inertia_full)) then
-                reason = 'a section has inertia=full'
-            else if (model%damping%mass > 0.0_wp .or. model%damping%stiffness > 0.0_wp) then
-                reason = 'there is DAMPING'
+            else if (model%damping%stiffness > 0.0_wp) then
+                reason = 'there is DAMPING stiffness='
             end if
             if (reason /= '') return
             fixed = model%fixed_fields()

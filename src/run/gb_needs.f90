@@ -1,7 +1,8 @@
 !> How much memory a run will take: measured (tests/reliability/test_memory.py holds it to that), not counted.
 module gb_needs
-    use gb_kinds, only: i8
+    use gb_kinds, only: i8, wp
     use gb_problem, only: problem_t, task_modal
+    use gb_section, only: inertia_full
     use gb_solver_choice, only: solver_lapack, block_obstacle
     implicit none
     private
@@ -12,6 +13,8 @@ module gb_needs
     !> equations. Some methods keep a general matrix beside the symmetric one; the explicit scheme and the
     !> block solver have no band.
     integer(i8), parameter :: explicit_own = 1150_i8, block_own = 1500_i8
+    !> Beside the block solver: the mass at the start, where inertia is full, and the damping.
+    integer(i8), parameter :: full_band = 650_i8, damping_band = 800_i8
     integer(i8), parameter :: symmetric_own = 1400_i8, symmetric_band = 650_i8
     integer(i8), parameter :: general_own = 2300_i8, general_band = 1000_i8
     integer(i8), parameter :: picture_bytes = 150_i8        !! the motion for ParaView
@@ -34,7 +37,7 @@ contains
             if (is_explicit(problem, i)) then
                 a_node = explicit_own
             else if (has_block(problem, i)) then
-                a_node = block_own
+                a_node = block_own + bands_beside_block(problem)
             else if (problem%tasks(i)%kind == task_modal) then
                 a_node = general_own + general_band*width + mode_bytes*problem%tasks(i)%count
             else if (is_general(problem, i)) then
@@ -47,6 +50,15 @@ contains
         if (problem%output%stress) most = most + stress_bytes
         bytes = program_bytes + most*problem%model%mesh%n_nodes()
     end function memory_needed
+
+    !> Bytes a node for matrices that the block solver itself has no use for.
+    pure integer(i8) function bands_beside_block(problem) result(bytes)
+        type(problem_t), intent(in) :: problem
+
+        bytes = 0
+        if (any(problem%model%sections%inertia == inertia_full)) bytes = bytes + full_band
+        if (problem%model%damping%mass > 0.0_wp) bytes = bytes + damping_band
+    end function bands_beside_block
 
     pure logical function is_explicit(problem, number)
         type(problem_t), intent(in) :: problem

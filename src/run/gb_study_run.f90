@@ -132,6 +132,7 @@ contains
             if (.not. (allocated(error) .and. is_damaged)) return
             call monitor%log%line('  ' // error%message // '; it is begun anew')
             deallocate (error)
+            monitor%file = sweep_file_t()
         end if
         call monitor%file%create(path, problem, share, error)
     end subroutine open_file

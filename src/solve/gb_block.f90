@@ -8,6 +8,7 @@ module gb_block
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes, pair
     use gb_element_columns, only: n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw
+    use gb_inertia_lanes, only: inertia_t
     use gb_element_lanes, only: condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
     use gb_blocks_lanes, only: n_block, hold_between => hold, eliminate_between => eliminate_node, &
@@ -29,6 +30,7 @@ module gb_block
         integer, allocatable :: joint(:, :)                 !! end nodes a step eliminates (2, steps + 1)
         logical, allocatable :: meets_support(:)            !! whether a step does (steps + 1)
         real(wp), allocatable :: u_mass(:, :)               !! of the stage, side by side (lanes, 5 nodes)
+        real(wp), allocatable :: u_damping(:, :)
         real(wp), allocatable :: u_start(:, :)
         real(wp), allocatable :: f_external(:, :)
         logical, allocatable :: is_held(:, :)               !! at end nodes (5, 0:elements)
@@ -40,8 +42,9 @@ module gb_block
         real(wp) :: residuals(lanes, n_fields) = 0.0_wp     !! largest inside chunks and elements
         real(wp) :: end_residuals(pair, n_fields) = 0.0_wp  !! largest of a joint
         real(wp) :: forces(lanes, n_fields) = 0.0_wp        !! largest of an element on an end node
-        logical :: is_definite = .false.
+        logical :: may_be_indefinite = .false.              !! the tangent, of this stage
         real(wp) :: force_factor = 1.0_wp                   !! of the stage
+        type(inertia_t) :: inertia                          !! of the stage, over its force_factor
     contains
         procedure :: set_up
         procedure :: take_stage
@@ -57,7 +60,7 @@ module gb_block
 contains
 
     !> For a system that gb_solver_choice finds fit: three-node elements with reduced integration, rule gauss
-    !> with one number of points, supports at element ends alone, constant mass, no damping.
+    !> with one number of points, supports at element ends alone, no damping but by the mass.
     subroutine set_up(self, system)
         class(block_t), intent(inout) :: self
         type(system_t), intent(in) :: system
@@ -65,6 +68,9 @@ contains
 
         n = system%n_elements
         call self%slots%set_up(system)
+        self%inertia%drag = system%rayleigh%mass
+        self%inertia%is_full = self%slots%has_full_inertia
+        self%is_exact = .not. self%slots%has_full_inertia
         allocate (self%is_held(n_fields, 0:n), self%has_support(0:n))
         do e = 0, n
             self%is_held(:, e) = system%fixed(n_node*e + 1:n_node*e + n_fields)
@@ -73,6 +79,8 @@ contains
         allocate (self%kept(lanes, n_kept, self%slots%n_slots))
         i = n_fields*self%slots%n_nodes
         allocate (self%u_mass(lanes, i), self%u_start(lanes, i), self%f_external(lanes, i))
+        if (.not. needs_velocity(self)) i = 0
+        allocate (self%u_damping(lanes, i))
         associate (chunk => self%slots%chunk)
             allocate (self%kept_between(lanes, n_kept_node, 2:chunk), self%tie(lanes, n_block, 2:chunk))
         end associate
@@ -113,11 +121,26 @@ contains
         class(block_t), intent(inout) :: self
         type(stage_t), intent(in) :: stage
 
+        ! At rest a pivot that is not positive is a buckled state or a mechanism: LAPACK's matter. In motion
+        ! it is a guess that is far off, which Newton's method leaves by itself; where it ends all must be.
+        self%may_be_indefinite = stage%mass_factor > 0.0_wp
         self%force_factor = stage%force_factor
-        if (stage%mass_factor > 0.0_wp) call self%slots%gather_nodes(stage%u_mass, self%u_mass)
+        self%inertia%mass_factor = stage%mass_factor/stage%force_factor
+        self%inertia%damping_factor = stage%damping_factor/stage%force_factor
+        if (stage%mass_factor > 0.0_wp) then
+            call self%slots%gather_nodes(stage%u_mass, self%u_mass)
+            if (needs_velocity(self)) call self%slots%gather_nodes(stage%u_damping, self%u_damping)
+        end if
         if (stage%force_factor < 1.0_wp) call self%slots%gather_nodes(stage%u_start, self%u_start)
         call self%slots%gather_nodes(stage%f_external, self%f_external)
     end subroutine take_stage
+
+    !> Whether velocities are asked for, in motion.
+    pure logical function needs_velocity(self)
+        class(block_t), intent(in) :: self
+
+        needs_velocity = self%inertia%drag > 0.0_wp .or. self%inertia%is_full
+    end function needs_velocity
 
     subroutine evaluate(self, system, stage, u, admissible)
         class(block_t), intent(inout) :: self
@@ -182,12 +205,13 @@ contains
                 if (s == self%slots%chunk) call close_chunks(part(:, :, now), joined)
             end if
             admissible = all(room > 0.0_wp)
-            self%is_definite = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
-            if (.not. (admissible .and. self%is_definite)) return
+            if (.not. admissible) return
+            self%is_trusted = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
+            if (.not. (self%is_trusted .or. self%may_be_indefinite)) return
             if (s >= self%slots%chunk) call eliminate_joints(self, s, joined, k, rhs, raw, pivots, step)
         end do
         call eliminate_last(self, stage%f_external, k, rhs, raw, pivots)
-        self%is_definite = all(pivots > 0.0_wp)
+        self%is_trusted = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
     end subroutine condense_and_eliminate
 
     !> The elements of a slot, their middle nodes eliminated.
@@ -199,19 +223,19 @@ contains
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: room(lanes), pivot(lanes)
         real(wp), intent(inout), contiguous, optional :: r(:)
-        real(wp), dimension(lanes, 3*n_fields) :: fields, a
+        real(wp), dimension(lanes, 3*n_fields) :: fields, v, a
         integer :: i, last, at
 
         at = self%slots%place(slot)
         call self%slots%gather(slot, u, fields)
         last = at + 3*n_fields
-        if (stage%mass_factor > 0.0_wp) a = stage%mass_factor*(fields - self%u_mass(:, at + 1:last))
+        if (stage%mass_factor > 0.0_wp) call move(self, slot, stage, fields, v, a)
         if (stage%force_factor < 1.0_wp) fields = self%u_start(:, at + 1:last) &
             + stage%force_factor*(fields - self%u_start(:, at + 1:last))
         call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
             self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(slot)), &
-            stage%mass_factor/stage%force_factor, fields, a, self%f_external(1, at + n_fields + 1), part, &
-            self%kept(:, :, slot), room, pivot)
+            self%inertia, fields, v, a, self%f_external(1, at + n_fields + 1), part, self%kept(:, :, slot), &
+            room, pivot)
         !GCC$ unroll 5
         do i = 1, n_fields
             self%residuals(:, i) = max(self%residuals(:, i), abs(part(:, at_raw + n_fields + i)))
@@ -220,6 +244,24 @@ contains
         end do
         if (present(r)) call add_residual(self, slot, part, r)
     end subroutine condense_slot
+
+    !> Velocities v of a slot's elements, where something depends on them, and accelerations a, to which the
+    !> damping by the mass adds `drag` v.
+    pure subroutine move(self, slot, stage, u, v, a)
+        class(block_t), intent(in) :: self
+        integer, intent(in) :: slot
+        type(stage_t), intent(in) :: stage
+        real(wp), intent(in) :: u(lanes, 3*n_fields)        !! fields at the end of the stage
+        real(wp), intent(out), dimension(lanes, 3*n_fields) :: v, a
+        integer :: first, last
+
+        first = self%slots%place(slot) + 1
+        last = self%slots%place(slot) + 3*n_fields
+        a = stage%mass_factor*(u - self%u_mass(:, first:last))
+        if (.not. needs_velocity(self)) return
+        v = stage%damping_factor*(u - self%u_damping(:, first:last))
+        a = a + self%inertia%drag*v
+    end subroutine move
 
     !> Eliminate the nodes between the chunks so far and the elements of a slot.
     subroutine lengthen(self, slot, before, part, chunk, pivot)
@@ -393,7 +435,7 @@ contains
         real(wp) :: x(pair, n_fields), next(pair, n_fields), du(lanes, n_fields, 3)
         integer :: step, s, middle
 
-        singular = merge(0, -1, self%is_definite)
+        singular = merge(0, -1, self%is_trusted .or. self%may_be_indefinite)
         if (singular /= 0) return
         step = size(self%meets_support)
         next = 0.0_wp
@@ -503,17 +545,20 @@ contains
         admissible = all(room > 0.0_wp)
     end subroutine strain_energy
 
-    !> Kinetic energy of the velocities v [F L].
-    pure real(wp) function kinetic_energy(self, v)
+    !> Kinetic energy of the velocities v at the state u [F L].
+    pure real(wp) function kinetic_energy(self, u, v)
         class(block_t), intent(in) :: self
-        real(wp), intent(in), contiguous :: v(:)
-        real(wp) :: fields(lanes, 3*n_fields), part(lanes)
+        real(wp), intent(in), contiguous :: u(:), v(:)
+        real(wp), dimension(lanes, 3*n_fields) :: fields, rates
+        real(wp) :: part(lanes)
         integer :: s
 
         kinetic_energy = 0.0_wp
         do s = 1, self%slots%n_slots
-            call self%slots%gather(s, v, fields)
-            call lane_kinetic_energy(self%slots%constants(:, :, self%slots%constants_of(s)), fields, part)
+            call self%slots%gather(s, v, rates)
+            if (self%slots%has_full_inertia) call self%slots%gather(s, u, fields)
+            call lane_kinetic_energy(self%slots%constants(:, :, self%slots%constants_of(s)), &
+                self%slots%has_full_inertia, fields, rates, part)
             kinetic_energy = kinetic_energy + sum(part(:self%slots%n_used(s)))
         end do
     end function kinetic_energy

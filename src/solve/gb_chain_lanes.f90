@@ -6,6 +6,7 @@ module gb_chain_lanes
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes
     use gb_element_columns, only: n_element, n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw
+    use gb_inertia_lanes, only: inertia_t
     use gb_element_lanes, only: condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
     use gb_blocks_lanes, only: n_triangle, n_kept_node, eliminate_node, eliminate_last_node, back_substitute
@@ -108,8 +109,10 @@ contains
         real(wp), intent(out) :: room(lanes), pivot(lanes)
         real(wp) :: part(lanes, n_condensed, 0:1), fields(lanes, n_fields, 3), a(lanes, n_fields, 3)
         real(wp) :: k(lanes, n_triangle), r(lanes, n_fields), raw(lanes, n_fields), inverse(lanes, n_fields)
+        type(inertia_t) :: inertia
         integer :: e, now, before
 
+        inertia%mass_factor = mass_factor/force_factor
         room = 1.0_wp
         pivot = 1.0_wp
         part(:, :, 0) = 0.0_wp
@@ -122,11 +125,11 @@ contains
             if (force_factor < 1.0_wp) then
                 call go_back(force_factor, u(1, 1, 2*e - 1), u_start(1, 1, 2*e - 1), fields)
                 call condense_element(self%pairs, self%has_middle, self%is_square, self%has_limit, &
-                    self%constants(:, :, e), mass_factor/force_factor, fields, a, f(1, 1, 2*e), &
+                    self%constants(:, :, e), inertia, fields, a, a, f(1, 1, 2*e), &
                     part(:, :, now), self%kept(:, :, e), room, pivot)
             else
                 call condense_element(self%pairs, self%has_middle, self%is_square, self%has_limit, &
-                    self%constants(:, :, e), mass_factor, u(1, 1, 2*e - 1), a, f(1, 1, 2*e), &
+                    self%constants(:, :, e), inertia, u(1, 1, 2*e - 1), a, a, f(1, 1, 2*e), &
                     part(:, :, now), self%kept(:, :, e), room, pivot)
             end if
             call join(part(:, :, before), part(:, :, now), f(1, 1, 2*e - 1), k, r, raw)
@@ -323,7 +326,8 @@ contains
 
         energy = 0.0_wp
         do e = 1, self%n_elements
-            call lane_kinetic_energy(self%constants(:, :, e), v(1, 1, 2*e - 1), part)
+            call lane_kinetic_energy(self%constants(:, :, e), .false., v(1, 1, 2*e - 1), &
+                v(1, 1, 2*e - 1), part)
             energy = energy + part
         end do
     end subroutine kinetic_energy

@@ -53,8 +53,10 @@ contains
         type(external_t), intent(in) :: external
         type(task_t), intent(in) :: task
 
-        fits_ensemble = system%fits_block .and. task%kind == task_transient .and. task%step > 0.0_wp .and. &
-            task%solver /= solver_lapack .and. .not. external%motion%is_driven() .and. &
+        fits_ensemble = system%fits_block .and. .not. allocated(system%damping%a) .and. &
+            .not. any(system%has_full_inertia) .and. task%kind == task_transient .and. &
+            task%step > 0.0_wp .and. task%solver /= solver_lapack .and. &
+            .not. external%motion%is_driven() .and. &
             (task%scheme == 'newmark' .or. task%scheme == 'hht' .or. task%scheme == 'generalized')
     end function fits_ensemble
 

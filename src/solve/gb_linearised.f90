@@ -8,6 +8,8 @@ module gb_linearised
     private
 
     type, abstract, public :: linearised_t
+        logical :: is_exact = .true.    !! whether the tangent is the residual's derivative, all of it
+        logical :: is_trusted = .true.  !! whether no increment of it can be small by a pivot's fault
     contains
         procedure :: take_stage
         procedure(evaluate_i), deferred :: evaluate

@@ -4,8 +4,10 @@
 !>
 !> The iteration ends when the increment d_k is below the tolerance or, in motion, when the next one would be
 !> far below: convergence is quadratic, d_(k+1) = C d_k^2, and for C stands the largest d_k/d_(k-1)^2 of this
-!> solution and, halved from one to the next, of those before. Where increments stop shrinking, the residual
-!> is compared with what rounding alone explains.
+!> solution and, halved from one to the next, of those before. Where the tangent leaves something out, a
+!> linear part is added, rate d_k, with the smallest d_k/d_(k-1) of this solution or, doubled from one to the
+!> next, of those before. Where increments stop shrinking, the residual is compared with what rounding alone
+!> explains.
 module gb_newton
     use gb_kinds, only: wp
     use gb_memory, only: memory_t
@@ -42,6 +44,7 @@ module gb_newton
         integer :: max_iterations = 25
         real(wp) :: largest(n_fields) = 0.0_wp      !! largest value of each field so far
         real(wp) :: curvature = 0.0_wp              !! C of quadratic convergence; 0 before anything is known
+        real(wp) :: rate = 1.0_wp                   !! of linear convergence, where the tangent is not exact
         logical :: is_symmetric = .true.            !! whether the tangent is
         logical :: has_block = .false.              !! whether the block solver is tried first
         type(block_t) :: block
@@ -124,7 +127,7 @@ contains
         real(wp), intent(in), contiguous :: u(:), v(:)
 
         if (self%has_block) then
-            kinetic_energy = self%block%kinetic_energy(v)
+            kinetic_energy = self%block%kinetic_energy(u, v)
         else
             kinetic_energy = system%kinetic_energy(u, v)
         end if
@@ -172,6 +175,7 @@ contains
 
         call memory%pass('newton.largest', self%largest)
         call memory%pass('newton.curvature', self%curvature)
+        call memory%pass('newton.rate', self%rate)
     end subroutine pass_memory
 
     !> Newton's iteration, with full steps where admissible or (searching) with a line search.
@@ -184,7 +188,7 @@ contains
         logical, intent(in) :: searching
         real(wp), intent(inout), contiguous :: u(:)
         type(newton_report_t), intent(out) :: report
-        real(wp) :: increments(self%max_iterations), last, curvature, remembered
+        real(wp) :: increments(self%max_iterations), last, curvature, remembered, next
         logical :: can_estimate
         integer :: iteration
 
@@ -194,6 +198,11 @@ contains
         last = 0.0_wp
         curvature = 0.0_wp
         remembered = self%curvature
+        if (tangent%is_exact) then
+            self%rate = 0.0_wp
+        else
+            self%rate = min(2.0_wp*self%rate, 1.0_wp)
+        end if
         ! A scheme that conserves does so only as far as its equation is solved, and statics of a slender beam
         ! bends and stretches in turn, so that a small increment may be followed by a large one.
         can_estimate = stage%mass_factor > 0.0_wp .and. .not. stage%averages_force
@@ -202,7 +211,7 @@ contains
             if (report%outcome /= newton_slow) exit
             report%iterations = iteration
             if (may_be_rounding(self%tolerance, iteration, increments(iteration), last)) then
-                if (is_round_off(tangent, system, stage, u)) then
+                if (is_round_off(self, tangent, system, stage, u)) then
                     report%outcome = newton_converged
                     report%iterations = iteration - 1
                     exit
@@ -212,10 +221,12 @@ contains
                 curvature = max(curvature, increments(iteration)/last**2)
                 self%curvature = max(curvature, 0.5_wp*remembered)
             end if
-            if (is_last(self%tolerance, self%curvature, increments(iteration), &
-                can_estimate .and. last > 0.0_wp)) then
+            if (.not. tangent%is_exact .and. last > 0.0_wp) &
+                self%rate = min(self%rate, increments(iteration)/last)
+            next = (self%curvature*increments(iteration) + self%rate)*increments(iteration)
+            if (is_last(self%tolerance, next, increments(iteration), can_estimate .and. last > 0.0_wp)) then
                 u = u + self%increment
-                report%outcome = newton_converged
+                report%outcome = merge(newton_converged, newton_singular, tangent%is_trusted)
                 exit
             end if
             last = increments(iteration)
@@ -263,17 +274,15 @@ contains
         end if
     end function may_be_rounding
 
-    !> Whether an increment or (estimating) the one that quadratic convergence would bring next is below the
-    !> tolerance.
-    pure logical function is_last(tolerance, curvature, increment, estimating)
-        real(wp), intent(in) :: tolerance, curvature
+    !> Whether an increment is below the tolerance or (estimating) the one that is to come next far below.
+    pure logical function is_last(tolerance, next, increment, estimating)
+        real(wp), intent(in) :: tolerance
+        real(wp), intent(in) :: next                !! expected; 0: nothing is known
         real(wp), intent(in) :: increment
         logical, intent(in) :: estimating
 
         is_last = increment <= tolerance
-        if (estimating .and. curvature > 0.0_wp) then
-            is_last = is_last .or. curvature*increment**2 <= margin*tolerance
-        end if
+        if (estimating .and. next > 0.0_wp) is_last = is_last .or. next <= margin*tolerance
     end function is_last
 
     !> The increment at the point of linearisation, and its largest value over the fields, each relative to
@@ -360,14 +369,23 @@ contains
         call stage%evaluation_point(u, u_e)
     end function evaluated
 
-    !> Whether rounding alone explains the residual at u, where `tangent` has been evaluated.
-    logical function is_round_off(tangent, system, stage, u)
+    !> Whether rounding alone explains the residual at u, where `tangent` has been evaluated. It is no more
+    !> than sum |k_ij| |d_j|: where no increment d_j is above unit round-off times the least that its field
+    !> counts for in the bound, the bound, which costs a tangent, need not be known. So a beam that waits at
+    !> rest for its load costs little.
+    logical function is_round_off(self, tangent, system, stage, u)
+        class(newton_t), intent(in) :: self
         class(linearised_t), intent(inout) :: tangent
         type(system_t), intent(in) :: system
         type(stage_t), intent(in) :: stage
         real(wp), intent(in), contiguous :: u(:)
         real(wp), allocatable :: r(:), bound(:)
+        real(wp) :: least(n_fields)
 
+        least = system%field_scale
+        least(1:2) = 2.0_wp*minval(system%half_length)
+        is_round_off = all(largest_values(self%increment) <= epsilon(1.0_wp)*least)
+        if (is_round_off) return
         allocate (r(system%n), bound(system%n))
         call tangent%residual(system, stage, u, r)
         call system%round_off(evaluated(stage, u), stage%force_factor, stage%mass_factor, bound)

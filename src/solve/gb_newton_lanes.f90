@@ -168,7 +168,8 @@ contains
             self%curvature(l) = max(self%own_curvature(l), 0.5_wp*self%old_curvature(l))
         end if
         takes = .true.
-        self%has_converged(l) = is_last(self%tolerance, self%curvature(l), increment, last > 0.0_wp)
+        self%has_converged(l) = is_last(self%tolerance, self%curvature(l)*increment**2, increment, &
+            last > 0.0_wp)
         self%is_active(l) = .not. self%has_converged(l)
         self%last(l) = increment
     end subroutine judge_lane

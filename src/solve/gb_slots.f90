@@ -9,7 +9,8 @@ module gb_slots
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes
     use gb_element_columns, only: n_element, at_mu, at_log, at_power, at_bend, at_minus_beta, at_inverse_jm, &
-        at_middle, at_z, at_weight, at_slope, at_kappa, at_bubble, at_by_bubble, at_swing, at_mass
+        at_middle, at_z, at_weight, at_slope, at_kappa, at_bubble, at_by_bubble, at_swing, at_mass, &
+        at_mass_moment, n_mass_moments
     use gb_beam, only: section_data_t
     use gb_system, only: system_t
     implicit none
@@ -32,6 +33,7 @@ module gb_slots
         logical :: has_middle = .false.                 !! a height at the mid-line
         logical :: is_square = .true.                   !! beta = -2 everywhere
         logical :: has_limit = .true.                   !! 1/jm is felt somewhere
+        logical :: has_full_inertia = .false.           !! mass depends on the configuration somewhere
         integer, allocatable :: element(:, :)           !! which element a lane has (lanes, slots)
         integer, allocatable :: outer(:, :)             !! its end node nearer to the lane's end of the beam
         integer, allocatable :: place(:)                !! unknowns of a lane before a slot's first (slots)
@@ -59,6 +61,7 @@ contains
         self%has_middle = modulo(points, 2) == 1
         self%is_square = has_square_power(system)
         self%has_limit = has_chain_limit(system)
+        self%has_full_inertia = any(system%has_full_inertia)
         call plan_slots(self, system%n_elements)
         call build_constants(self, system)
     end subroutine set_up
@@ -133,6 +136,9 @@ contains
             constants(l, :) = element_constants(system%sections(system%kind(e)), &
                 merge(-2.0_wp, 2.0_wp, is_mirrored(l))*system%half_length(e), &
                 system%mass%density(:, system%kind(e)))
+            ! A mass has no sign: it is the same in the mirror.
+            if (system%has_full_inertia(e)) constants(l, at_mass_moment + 1:at_mass_moment + n_mass_moments) &
+                = system%half_length(e)*system%mass_moments(:, system%kind(e))
         end do
     end subroutine slot_constants
 

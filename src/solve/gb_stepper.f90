@@ -325,7 +325,7 @@ contains
         self%external = self%external + 0.5_wp*dot_product(self%f_start + self%f_end, self%trial%u - state%u)
         if (allocated(system%damping%a)) then
             allocate (drag(system%n))
-            call system%damping%multiply(0.5_wp*(state%v + self%trial%v), drag)
+            call system%drag(0.5_wp*(state%v + self%trial%v), drag)
             self%dissipated = self%dissipated + dot_product(drag, self%trial%u - state%u)
         end if
         if (external%motion%is_driven()) call add_support_work(self, system, external, state)
@@ -384,7 +384,7 @@ contains
             call system%mass%multiply(stage%mass_factor*(u - stage%u_mass), part)
             r = r + part - stage%f_external
             if (allocated(system%damping%a)) then
-                call system%damping%multiply(stage%damping_factor*(u - stage%u_damping), part)
+                call system%drag(stage%damping_factor*(u - stage%u_damping), part)
                 r = r + part
             end if
         end associate
@@ -455,7 +455,7 @@ contains
         call system%internal_force(state%u, r, admissible)
         if (.not. admissible) return
         if (allocated(system%damping%a)) then
-            call system%damping%multiply(state%v, drag)
+            call system%drag(state%v, drag)
             r = r + drag
         end if
         held = 0.0_wp
@@ -498,12 +498,15 @@ contains
         call system%internal_force(state%u, r, admissible)
         if (self%scheme%is_explicit) then
             r = r + self%lumped*state%a
-        else
+        else if (any(system%has_full_inertia)) then
             call mass%set_up(system%n, system%kd, symmetric=.true.)
             call system%add_inertia(state%u, state%v, state%a, [0.0_wp, 0.0_wp, 1.0_wp], r, mass)
+        else
+            call system%mass%multiply(state%a, drag)
+            r = r + drag
         end if
         if (allocated(system%damping%a)) then
-            call system%damping%multiply(state%v, drag)
+            call system%drag(state%v, drag)
             r = r + drag
         end if
         self%reaction = r(external%motion%unknown) - force(external%motion%unknown)

@@ -47,6 +47,7 @@ module gb_system
         procedure :: tangent
         procedure :: average_tangent
         procedure :: add_inertia
+        procedure :: drag
         procedure :: mass_at
         procedure :: lumped_mass
         procedure :: stable_step
@@ -301,6 +302,20 @@ contains
             end associate
         end do
     end subroutine add_inertia
+
+    !> Damping force C v, where there is damping; by the mass alone, which is never assembled, where that is
+    !> all of it.
+    pure subroutine drag(self, v, force)
+        class(system_t), intent(in) :: self
+        real(wp), intent(in) :: v(self%n)
+        real(wp), intent(out) :: force(self%n)
+
+        if (self%rayleigh%stiffness > 0.0_wp .or. any(self%has_full_inertia)) then
+            call self%damping%multiply(v, force)
+        else
+            call self%mass%multiply(self%rayleigh%mass*v, force)
+        end if
+    end subroutine drag
 
     !> Number of the table that integrates an element's mass exactly: as many points as nodes.
     pure integer function exact_table(self, element)

@@ -10,13 +10,13 @@ module gb_convergence
         !> Orders that are believed: what lies beyond is taken for luck, or for levels too coarse to show it.
         real(wp) :: lowest_order = 1.0_wp, highest_order = 2.0_wp
         real(wp) :: first_order = 1.0_wp            !! that one difference alone is taken to shrink with
-        !> From this order on, two differences are enough to go beyond the last level; with three, this one.
+        !> From this order on, two differences are enough to go beyond the last level, and from the second one
+        !> on three. With more, any order is enough: what so many have shown is not luck.
         real(wp) :: regular_order = 1.6_wp, steady_order = 1.0_wp
         real(wp) :: reach = 1.0_wp                  !! how far beyond, as a factor of the size
         real(wp), allocatable :: size(:)            !! elements or steps (levels)
         real(wp), allocatable :: error(:)           !! estimated, of every level (levels)
         real(wp) :: order = 0.0_wp                  !! that is reckoned with
-        integer :: differences = 0                  !! that it rests on
     contains
         procedure :: learn
         procedure :: error_at
@@ -39,7 +39,6 @@ contains
 
         n = size(differences)
         self%size = sizes
-        self%differences = n
         self%order = self%first_order
         if (n > 1) then
             ! The mean of the last two orders: single ones may scatter.
@@ -95,11 +94,20 @@ contains
     !> The largest size that the levels say something about.
     pure real(wp) function largest_size(self)
         class(axis_t), intent(in) :: self
+        logical :: can_go_beyond
 
         largest_size = self%size(size(self%size))
-        if (self%differences < 2) return
-        if (self%order >= self%regular_order .or. self%differences > 2 .and. self%order > self%steady_order) &
-            largest_size = largest_size*self%reach
+        select case (size(self%size) - 1)
+        case (1)
+            can_go_beyond = .false.
+        case (2)
+            can_go_beyond = self%order >= self%regular_order
+        case (3)
+            can_go_beyond = self%order > self%steady_order
+        case default
+            can_go_beyond = .true.
+        end select
+        if (can_go_beyond) largest_size = largest_size*self%reach
     end function largest_size
 
 end module gb_convergence

@@ -11,8 +11,11 @@ module gb_course
         real(wp), allocatable :: t(:)               !! time [T] or load factor [-] (at least rows), increasing
         real(wp), allocatable :: value(:)           !! (at least rows)
         real(wp), allocatable :: rate(:)            !! d value/dt as the motion has it (at least rows)
+        real(wp), allocatable :: samples(:)         !! values at equidistant instants, once it is closed
     contains
         procedure :: add
+        procedure :: close
+        procedure :: reaches
         procedure :: size_of
         procedure :: angular_frequency
         procedure :: unevenness
@@ -21,8 +24,8 @@ module gb_course
     public :: distance, likeness
 
     integer, parameter :: first_rows = 64           !! room to begin with; it doubles
-    !> Courses are compared at so many instants, or at twice as many as the longer one has rows.
-    integer, parameter :: least_instants = 200, most_instants = 20000
+    !> Courses are compared at so many instants, which is enough for a mean over time.
+    integer, parameter :: n_instants = 2000
 
 contains
 
@@ -46,30 +49,42 @@ contains
         self%rate(self%rows) = rate
     end subroutine add
 
+    !> Nothing will be added: make ready for comparisons.
+    pure subroutine close(self)
+        class(course_t), intent(inout) :: self
+
+        if (self%rows > 1 .and. .not. self%is_static) self%samples = sampled(self, n_instants)
+    end subroutine close
+
+    !> Whether there are rows up to the time t, but for rounding.
+    pure logical function reaches(self, t)
+        class(course_t), intent(in) :: self
+        real(wp), intent(in) :: t
+
+        reaches = .false.
+        if (self%rows > 1) reaches = self%t(self%rows) >= (1.0_wp - 1.0e-9_wp)*t
+    end function reaches
+
     !> What an error of the course is measured by: its root mean square over time; of a static command, the
     !> largest value on its way.
     pure real(wp) function size_of(self)
         class(course_t), intent(in) :: self
-        integer :: instants
 
         if (self%is_static) then
             size_of = maxval(abs(self%value(:self%rows)))
         else
-            instants = number_of_instants(self, self)
-            size_of = norm2(sampled(self, instants))/sqrt(real(instants, wp))
+            size_of = norm2(self%samples)/sqrt(real(n_instants, wp))
         end if
     end function size_of
 
     !> Root mean square of the difference of two courses over time, or the difference of their ends.
     pure real(wp) function distance(first, second)
         type(course_t), intent(in) :: first, second
-        integer :: instants
 
         if (first%is_static) then
             distance = abs(first%value(first%rows) - second%value(second%rows))
         else
-            instants = number_of_instants(first, second)
-            distance = norm2(sampled(first, instants) - sampled(second, instants))/sqrt(real(instants, wp))
+            distance = norm2(first%samples - second%samples)/sqrt(real(n_instants, wp))
         end if
     end function distance
 
@@ -79,26 +94,18 @@ contains
         type(course_t), intent(in) :: from, to, other_from, other_to
         real(wp), allocatable :: change(:), other_change(:)
         real(wp) :: sizes
-        integer :: instants
 
         if (from%is_static) then
             change = [from%value(from%rows) - to%value(to%rows)]
             other_change = [other_from%value(other_from%rows) - other_to%value(other_to%rows)]
         else
-            instants = max(number_of_instants(from, to), number_of_instants(other_from, other_to))
-            change = sampled(from, instants) - sampled(to, instants)
-            other_change = sampled(other_from, instants) - sampled(other_to, instants)
+            change = from%samples - to%samples
+            other_change = other_from%samples - other_to%samples
         end if
         sizes = norm2(change)*norm2(other_change)
         likeness = 0.0_wp
         if (sizes > 0.0_wp) likeness = dot_product(change, other_change)/sizes
     end function likeness
-
-    pure integer function number_of_instants(first, second) result(number)
-        type(course_t), intent(in) :: first, second
-
-        number = min(most_instants, max(least_instants, 2*max(first%rows, second%rows)))
-    end function number_of_instants
 
     !> Values at equidistant instants after the first row, to the last; between rows the cubic that has their
     !> values, and in each the slope of the parabola through it and its neighbours. (The motion's own rates

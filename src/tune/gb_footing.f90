@@ -14,11 +14,15 @@ module gb_footing
     !> frequency is.
     integer, parameter :: first_steps = 64, load_steps = 4
     real(wp), parameter :: first_phase = 0.25_wp
+    !> First steps that lack no more than this factor are kept: another trial would cost more than they err.
+    real(wp), parameter :: tolerable = 1.25_wp
     real(wp), parameter :: first_elements_a_piece = 1.5_wp
     integer, parameter :: least_elements = 3
     !> Changes up to this one are taken to grow with the error: beyond it, courses are merely different.
     real(wp), parameter :: largest_change = 0.3_wp
     integer, parameter :: most_failures = 6
+    !> From a trial that failed to the next one, steps grow by this factor at most, whatever its motion tells.
+    integer, parameter :: longest_leap = 8
 
     public :: find_footing
 
@@ -102,13 +106,17 @@ contains
         integer, intent(inout) :: failures
         integer, intent(out) :: base
         type(error_t), allocatable, intent(out) :: error
+        integer, allocatable :: failed(:)           !! steps of the trial that has
 
         do
             call ladder%climb(found%base, 'footing', 0, base, error)
             if (allocated(error)) return
             if (.not. ladder%has_failed(base)) return
+            failed = found%base%steps
             call give_way(ladder, found, failures, base, error)
             if (allocated(error)) return
+            call adapt_first_steps(ladder, base, found%base%steps)
+            found%base%steps = min(found%base%steps, longest_leap*failed)
         end do
     end subroutine climb_somehow
 
@@ -151,7 +159,8 @@ contains
         if (has_transients(problem)) where (steps == 1) steps = load_steps
     end function first_step_counts
 
-    !> Steps that are short enough for the frequency at which the probes move.
+    !> Steps that are short enough for the frequency at which the probes move. A trial that is of no other use
+    !> tells it, too, where it has come to the end of the command.
     subroutine adapt_first_steps(ladder, base, steps)
         type(ladder_t), intent(in) :: ladder
         integer, intent(in) :: base
@@ -161,10 +170,12 @@ contains
 
         do i = 1, size(ladder%trials(base)%channels)
             associate (channel => ladder%trials(base)%channels(i))
-                if (channel%course%is_static) cycle
+                if (channel%course%is_static .or. .not. channel%course%reaches( &
+                    ladder%problem%tasks(channel%task)%end_time)) cycle
                 needed = channel%course%angular_frequency()*ladder%problem%tasks(channel%task)%end_time &
                     /first_phase
-                steps(channel%task) = max(steps(channel%task), nint(min(needed, most_steps)))
+                if (needed > tolerable*real(steps(channel%task), wp)) steps(channel%task) &
+                    = nint(min(needed, most_steps))
             end associate
         end do
     end subroutine adapt_first_steps

@@ -47,23 +47,15 @@ contains
             do i = 1, n_sources
                 do k = 1, i
                     if (any(rungs(:, [i, k]) == 0)) cycle
-                    self%likeness(i, k, c) = likeness(course(rungs(1, i)), course(rungs(2, i)), &
-                        course(rungs(1, k)), course(rungs(2, k)))
+                    associate (trials => ladder%trials, one => rungs(:, i), other => rungs(:, k))
+                        self%likeness(i, k, c) = likeness(trials(one(1))%channels(c)%course, &
+                            trials(one(2))%channels(c)%course, trials(other(1))%channels(c)%course, &
+                            trials(other(2))%channels(c)%course)
+                    end associate
                     self%likeness(k, i, c) = self%likeness(i, k, c)
                 end do
             end do
         end do
-
-    contains
-
-        pure function course(rung)
-            use gb_course, only: course_t
-            integer, intent(in) :: rung
-            type(course_t) :: course
-
-            course = ladder%trials(rung)%channels(c)%course
-        end function course
-
     end subroutine learn
 
     !> Estimated error of every channel where the sources' errors are `sizes` in the channel that has most.

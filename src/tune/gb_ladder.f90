@@ -9,7 +9,7 @@ module gb_ladder
     use gb_problem, only: problem_t, task_static
     use gb_section, only: inertia_names
     use gb_text, only: to_text
-    use gb_trial, only: trial_t, try_setting, apply_setting
+    use gb_trial, only: trial_t, try_setting, apply_setting, work_of_iteration
     use gb_tuning, only: setting_t, rung_t
     implicit none
     private
@@ -23,7 +23,7 @@ module gb_ladder
         logical :: has_block = .true.               !! whether the block solver takes the scene at all
         type(log_t) :: log
         type(rung_t), allocatable :: rungs(:)
-        type(trial_t), allocatable :: trials(:)     !! of the rungs
+        type(trial_t), allocatable :: trials(:)     !! of the rungs (at least as many)
         real(wp), allocatable :: least_size(:)      !! of the channels: what is smaller is nothing
     contains
         procedure :: begin
@@ -32,11 +32,14 @@ module gb_ladder
         procedure :: change
         procedure :: changes
         procedure :: unevenness
+        procedure :: effort
         procedure, private :: report
     end type ladder_t
 
     !> Probes whose values stay below this part of the fields' natural size rest.
     real(wp), parameter :: resting_part = 1.0e-9_wp
+    !> Trials that there is room for to begin with; it doubles.
+    integer, parameter :: first_room = 32
     !> Newton's method needs no more than this part of the accuracy: what it leaves adds up over the steps,
     !> but its last increment is mostly far above that.
     real(wp), parameter :: newton_part = 1.0e-4_wp, loosest_tolerance = 1.0e-6_wp, &
@@ -55,9 +58,9 @@ contains
         self%accuracy = minval(problem%tasks%aim, mask=problem%tasks%is_auto)
         self%tolerance = max(tightest_tolerance, min(loosest_tolerance, newton_part*self%accuracy))
         self%deadline = deadline
-        self%has_block = problem%model%damping%mass <= 0.0_wp .and. problem%model%damping%stiffness <= 0.0_wp
+        self%has_block = problem%model%damping%stiffness <= 0.0_wp
         self%log = log
-        allocate (self%rungs(0), self%trials(0))
+        allocate (self%rungs(0), self%trials(first_room))
         call self%log%line('    rung  elements   steps  points  inertia           change')
     end subroutine begin
 
@@ -99,7 +102,8 @@ contains
         rung%cpu_seconds = trial%cpu_seconds
         rung%failure = trial%failure
         self%rungs = [self%rungs, rung]
-        self%trials = [self%trials, trial]
+        if (number > size(self%trials)) self%trials = [self%trials, self%trials]
+        self%trials(number) = trial
         if (.not. allocated(self%least_size)) self%least_size = smallest_sizes(self%problem, trial)
         if (compared_with > 0 .and. len(rung%failure) == 0) then
             if (.not. self%has_failed(compared_with)) self%rungs(number)%change = self%change(compared_with, &
@@ -170,6 +174,16 @@ contains
             end associate
         end do
     end function unevenness
+
+    !> Newton iterations that a rung has taken for each of its steps.
+    pure real(wp) function effort(self, number)
+        class(ladder_t), intent(in) :: self
+        integer, intent(in) :: number
+
+        associate (rung => self%rungs(number))
+            effort = rung%work/(work_of_iteration(rung%setting, self%has_block)*real(rung%steps, wp))
+        end associate
+    end function effort
 
     subroutine report(self, number)
         class(ladder_t), intent(inout) :: self

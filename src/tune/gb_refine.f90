@@ -19,14 +19,17 @@ module gb_refine
     real(wp), parameter :: used_part = 0.9_wp
     !> Numbers of steps that are looked at grow by this factor.
     real(wp), parameter :: step_growth = 1.08_wp
-    !> From one trial of the steps to the next they grow by these factors.
-    real(wp), parameter :: least_growth = 1.4_wp, most_growth = 4.0_wp, surplus = 1.1_wp
+    !> From one trial of the steps to the next they grow by these factors: no more than twofold, since orders
+    !> show best in even steps, and the last trial should not go far beyond what is needed.
+    real(wp), parameter :: least_growth = 1.4_wp, most_growth = 2.0_wp, surplus = 1.1_wp
     !> A further trial is worthwhile if the work with it seems to be this part of that without it.
     real(wp), parameter :: worthwhile_part = 0.7_wp
-    !> Adaptive steps take three solutions a step, of which two are kept, and some are repeated. They are
-    !> tried where fixed ones would be so many times as many.
-    real(wp), parameter, public :: adaptive_work = 3.5_wp
-    real(wp), parameter :: uneven = 2.5_wp, first_local = 1.0e-3_wp
+    !> Part of the mesh's error that a further trial is hoped to leave at the last level: three-node elements
+    !> mostly converge faster than is believed of them.
+    real(wp), parameter :: hoped_part = 0.5_wp
+    !> Iterations of an adaptive step: three solutions, and some are repeated. Three trials are needed to
+    !> weigh them, about as dear as the run that they lead to on its finer mesh: they must promise that much.
+    real(wp), parameter :: adaptive_effort = 7.0_wp, promising_ratio = 2.0_wp, first_local = 1.0e-3_wp
 
     public :: refine
 
@@ -42,20 +45,15 @@ contains
         type(error_t), allocatable, intent(out) :: error
         integer :: number
         real(wp) :: growth
-        logical :: is_chosen, is_weighed
+        logical :: is_chosen
 
-        is_weighed = .false.
+        if (has_transients(ladder%problem)) call weigh_adaptive_steps(ladder, found, error)
+        if (allocated(error)) return
+        call learn_axes(ladder, found)
         do
             call choose(ladder, found, chosen, parts, growth, is_chosen)
             if (is_chosen) return
             if (growth > 0.0_wp) then
-                if (.not. is_weighed) then
-                    call weigh_adaptive_steps(ladder, found, error)
-                    is_weighed = .true.
-                    if (allocated(error)) return
-                    call learn_axes(ladder, found)
-                    cycle
-                end if
                 if (growth*found%steps(size(found%steps))*real(found%base%n_steps(), wp) > most_steps) exit
                 call climb_in_time(ladder, found, growth, number, error)
             else
@@ -81,7 +79,7 @@ contains
             // ' for the steps')
     end subroutine refine
 
-    !> Adaptive steps in place of fixed ones, where the motion is so uneven that they seem to pay: two rungs
+    !> Adaptive steps in place of fixed ones, where the motion is so uneven that they seem to pay: three rungs
     !> of them tell.
     subroutine weigh_adaptive_steps(ladder, found, error)
         type(ladder_t), intent(inout) :: ladder
@@ -89,12 +87,13 @@ contains
         type(error_t), allocatable, intent(out) :: error
         type(findings_t) :: other
         real(wp) :: aim
-        integer :: number, i
+        integer :: number, last, i
 
-        if (ladder%unevenness(found%time(1)) < uneven) return
+        last = found%time(size(found%time))
+        if (ladder%unevenness(found%time(1))*ladder%effort(last) < promising_ratio*adaptive_effort) return
         other = found
         other%base%local = first_local
-        call ladder%climb(other%base, 'adaptive', found%time(size(found%time)), number, error)
+        call ladder%climb(other%base, 'adaptive', last, number, error)
         if (allocated(error)) return
         other%base%local = 0.0_wp
         other%time = [number]
@@ -109,7 +108,17 @@ contains
         call learn_axes(ladder, other)
         ! At an error that both ladders know something about.
         aim = min(other%time_axis%error(3), found%time_axis%error(size(found%time)))
-        if (adaptive_work*steps_for(other%time_axis, aim) < steps_for(found%time_axis, aim)) found = other
+        if (work_for(other) < work_for(found)) found = other
+
+    contains
+
+        !> Iterations for that error, if every step takes as many as in a ladder's finest trial.
+        real(wp) function work_for(findings)
+            type(findings_t), intent(in) :: findings
+
+            work_for = steps_for(findings%time_axis, aim)*ladder%effort(findings%time(size(findings%time)))
+        end function work_for
+
     end subroutine weigh_adaptive_steps
 
     !> Steps for an error, by the order reckoned with.
@@ -133,24 +142,32 @@ contains
         real(wp), intent(out) :: growth
         logical, intent(out) :: is_chosen
         type(setting_t) :: finer, longer
+        type(findings_t) :: hoped
         real(wp) :: other_parts(n_sources), work, work_finer, work_longer, reach
+        logical :: has_order
 
         call learn_forecast(ladder, found)
         growth = 0.0_wp
         associate (n => found%mesh_axis%largest_size(), steps => found%time_axis%largest_size())
             reach = steps
             call choose_within(ladder, found, n, steps, chosen, parts, work)
-            call choose_within(ladder, found, 2.0_wp*n, most_steps, finer, other_parts, work_finer)
+            hoped = found
+            hoped%mesh_axis%error = hoped%mesh_axis%error &
+                - (1.0_wp - hoped_part)*hoped%mesh_axis%error(size(found%mesh))
+            call choose_within(ladder, hoped, 2.0_wp*n, most_steps, finer, other_parts, work_finer)
             call choose_within(ladder, found, n, most_steps, longer, other_parts, work_longer)
         end associate
         if (work_finer < huge(work_finer)) work_finer = work_finer + work_of_longer_rung(finer) &
-            + work_of_rung(2.0_wp**size(found%mesh), 1.0_wp)
+            + work_of_rung(2.0_wp**size(found%mesh), 1.0_wp, found%mesh(1))
         if (work_longer < huge(work_longer)) then
             growth = growth_for(longer)
             work_longer = work_longer + work_of_longer_rung(longer)
         end if
         is_chosen = work < huge(work) .and. work <= min(work_finer, work_longer)/worthwhile_part
-        if (work_finer < work_longer .or. .not. has_transients(ladder%problem)) growth = 0.0_wp
+        ! A mesh is weighed when the steps that it would be run with are known, by an order that was seen.
+        has_order = size(found%time) > 2 .or. work_longer >= huge(work_longer)
+        if (work_finer < work_longer .and. has_order .or. .not. has_transients(ladder%problem)) &
+            growth = 0.0_wp
 
     contains
 
@@ -167,15 +184,17 @@ contains
 
             work_of_longer_rung = 0.0_wp
             if (real(setting%n_steps(), wp) > reach) work_of_longer_rung &
-                = work_of_rung(1.0_wp, growth_for(setting)*found%steps(size(found%steps)))
+                = work_of_rung(1.0_wp, growth_for(setting)*found%steps(size(found%steps)), &
+                found%time(size(found%time)))
         end function work_of_longer_rung
 
-        !> Work of a further trial: so many times the elements and steps of the base.
-        real(wp) function work_of_rung(elements, steps)
+        !> Work of a further trial: so many times the elements and steps of the base, with another's effort.
+        real(wp) function work_of_rung(elements, steps, other)
             real(wp), intent(in) :: elements, steps
+            integer, intent(in) :: other            !! rung
 
             work_of_rung = elements*work_of_iteration(found%base, ladder%has_block)*steps &
-                *real(found%base%n_steps(), wp)
+                *real(found%base%n_steps(), wp)*ladder%effort(other)
         end function work_of_rung
 
     end subroutine choose
@@ -221,8 +240,9 @@ contains
         real(wp), intent(inout) :: least_cost
         type(setting_t), intent(inout) :: chosen
         real(wp), intent(inout) :: parts(n_sources)
-        real(wp) :: sizes(n_sources), first, steps, cost
+        real(wp) :: sizes(n_sources), first, steps, cost, effort
 
+        effort = ladder%effort(found%time(size(found%time)))
         sizes(source_mesh) = found%mesh_axis%error_at(n)
         sizes(source_thickness) = found%thickness
         sizes(source_inertia) = merge(found%inertia, 0.0_wp, setting%inertia /= inertia_full)
@@ -231,8 +251,7 @@ contains
         steps = first
         if (has_transients(ladder%problem)) steps = found%time_axis%size(1)
         do while (steps <= most)
-            cost = work_of_iteration(setting, ladder%has_block)*steps
-            if (found%local(1) > 0.0_wp) cost = adaptive_work*cost
+            cost = work_of_iteration(setting, ladder%has_block)*steps*effort
             if (cost >= least_cost) return
             if (has_transients(ladder%problem)) sizes(source_time) = found%time_axis%error_at(steps)
             if (found%forecast%largest(sizes) <= used_part*ladder%accuracy) then

@@ -10,7 +10,7 @@ module gb_tune
     use gb_ladder, only: ladder_t
     use gb_log, only: log_t
     use gb_problem, only: problem_t
-    use gb_refine, only: refine, adaptive_work
+    use gb_refine, only: refine
     use gb_section, only: inertia_full, inertia_names
     use gb_text, only: to_text
     use gb_trial, only: apply_setting, work_of_iteration
@@ -152,7 +152,7 @@ contains
             associate (last => tuning%rungs(size(tuning%rungs)))
                 call log%line('  tried ' // to_text(size(tuning%rungs)) // ' settings in ' &
                     // to_text(sum(tuning%rungs%cpu_seconds), 3) // ' s CPU; the run will take about ' &
-                    // to_text(last%cpu_seconds*work_of(chosen)/work_of(last%setting), 2) // ' s')
+                    // to_text(last%cpu_seconds*work_of(chosen)/last%work, 2) // ' s')
             end associate
         end associate
 
@@ -161,8 +161,8 @@ contains
         pure real(wp) function work_of(setting)
             type(setting_t), intent(in) :: setting
 
-            work_of = work_of_iteration(setting, ladder%has_block)*real(setting%n_steps(), wp)
-            if (setting%local > 0.0_wp) work_of = adaptive_work*work_of
+            work_of = work_of_iteration(setting, ladder%has_block)*real(setting%n_steps(), wp) &
+                *ladder%effort(found%time(size(found%time)))
         end function work_of
 
     end subroutine explain

@@ -1,5 +1,4 @@
-"""Damaged results files: scripts and restarts refuse them in one line, or find in them what was written; nothing
-crashes.
+"""Damaged results files: scripts and restarts refuse them in one line, or find what was written; no crash.
 
 GENTBEAM_DAMAGE sets the number of files of each kind, GENTBEAM_SEED which ones they are.
 """

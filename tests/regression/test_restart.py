@@ -152,6 +152,13 @@ def test_full_inertia_and_linear_rule(gentbeam):
     check_interruptions(gentbeam, rich_deck(solution, DRIVEN, "inertia=full rule=linear"), least=2)
 
 
+def test_full_inertia_by_the_block_solver(gentbeam):
+    """It remembers how its iterations converge, and takes damping by the mass alone."""
+    solution = "TRANSIENT bathe step=2e-5 end=6e-3 solver=block"
+    deck = rich_deck(solution, DRIVEN, "inertia=full").replace("stiffness=1e-6", "")
+    check_interruptions(gentbeam, deck, least=2)
+
+
 def test_time_limit(gentbeam):
     """Parts of a fifth of what the whole takes; how many that gives depends on the machine, because every
     part takes over the results of those before it."""

@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import time
+import zlib
 
 import h5py
 import numpy as np
@@ -103,6 +104,33 @@ def test_units(everything):
         "force": "lbf",
         "time": "s",
     }
+
+
+def lines(attributes):
+    """The attributes that are texts, by name, each with a line feed."""
+    texts = [attributes[name] for name in sorted(attributes) if isinstance(attributes[name], str)]
+    return "".join(text + "\n" for text in texts).encode()
+
+
+def test_checksums(everything):
+    """As docs/results.md says: every number and every text is under one of them."""
+    seen = []
+
+    def look(name, item):
+        texts = lines(item.attrs)
+        assert ("text_checksum" in item.attrs) == (len(texts) > 0 and name != "units"), name
+        if "text_checksum" in item.attrs:
+            assert item.attrs["text_checksum"] == zlib.crc32(texts), name
+        if isinstance(item, h5py.Dataset):
+            value = item[()]
+            data = value if isinstance(value, bytes) else value.tobytes()
+            assert item.attrs["checksum"] == zlib.crc32(data), name
+            seen.append(name)
+
+    everything.visititems(look)
+    texts = lines(everything.attrs) + lines(everything["units"].attrs)
+    assert everything.attrs["text_checksum"] == zlib.crc32(texts)
+    assert {"deck", "mesh/x", "swing/u", "swing/solver/cuts", "modal/modes"} <= set(seen)
 
 
 def test_mesh(everything):

@@ -12,21 +12,21 @@ from collections import Counter
 
 import h5py
 import pytest
-from conftest import check_whole, deck
+from conftest import check_study, check_whole, deck, study_deck
 
 COMMANDS = """STATIC steps=3 load=0.4 name=bend
 TRANSIENT newmark step=1e-5 end=1.2e-2 name=swing
 MODAL count=2"""
 
 
-def judge(program, status, said, words, reference):
+def judge(program, status, said, words, reference, check=check_whole):
     """A failed run has said why in one line, and what it has left does not look whole."""
     assert status == 3, said
     assert re.fullmatch(f"gentbeam: error: cannot write the results file out.h5: {words}\n", said), said
     assert {path.name for path in program.folder.iterdir()} <= {"deck.inp", "out.h5"}
     if not program.results.exists():
         return "none"
-    kind, _ = check_whole(program.results, reference)
+    kind, _ = check(program.results, reference)
     assert kind in ("running", "failed")
     if kind == "failed":
         with h5py.File(program.results) as file:
@@ -42,9 +42,9 @@ def count_calls(program, environment, text):
     return number
 
 
-def fail_each_call(program, references, meddler, error, once, tick):
+def fail_each_call(program, references, meddler, error, once, tick, text=None, check=check_whole):
     """Every call that changes a file fails: it and all after it, as on a full disk, or it alone."""
-    text = deck(COMMANDS)
+    text = text or deck(COMMANDS)
     reference = references(text)
     environment = meddler(tick=tick, error=error, once=once)
     calls = count_calls(program, environment, text)
@@ -52,7 +52,7 @@ def fail_each_call(program, references, meddler, error, once, tick):
     for number in range(1, calls):
         program.results.unlink(missing_ok=True)
         status, said = program.run(text, env={**environment, "MEDDLER_FAIL": str(number)})
-        kinds[judge(program, status, said, os.strerror(error), reference)] += 1
+        kinds[judge(program, status, said, os.strerror(error), reference, check)] += 1
     # The last one closes a file in which all is said already.
     status, said = program.run(text, env={**environment, "MEDDLER_FAIL": str(calls)})
     assert status == 3 and os.strerror(error) in said
@@ -63,6 +63,21 @@ def fail_each_call(program, references, meddler, error, once, tick):
 @pytest.mark.parametrize("error, once", [(errno.ENOSPC, 0), (errno.EIO, 1)])
 def test_each_call_fails(program, references, meddler, error, once):
     fail_each_call(program, references, meddler, error, once, tick=0.003)
+
+
+def fail_study(program, references, meddler, fields, once):
+    text = study_deck(60, fields, "TRANSIENT newmark step=1e-4 end=3e-4 name=swing")
+    fail_each_call(program, references, meddler, errno.ENOSPC, once, 0.2, text, check_study)
+
+
+def test_each_call_of_a_study_fails(program, references, meddler):
+    fail_study(program, references, meddler, "[u]", 0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("fields, once", [("[u]", 1), ("none", 0), ("none", 1)])
+def test_each_call_of_other_studies_fails(program, references, meddler, fields, once):
+    fail_study(program, references, meddler, fields, once)
 
 
 @pytest.mark.long

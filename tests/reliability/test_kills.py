@@ -24,7 +24,7 @@ def older_results(program):
 
 
 def judge(program, older, reference, check=check_whole):
-    """What a killed run has left: `old`, or the status of its own file and its number of steps, or of members."""
+    """What a killed run has left: `old`, or its status and its number of steps, or of members."""
     assert {path.name for path in program.folder.iterdir()} <= {"deck.inp", "out.h5", "out.h5.part"}
     if program.results.read_bytes() == older:
         return "old", 0
@@ -131,6 +131,14 @@ def test_kill_of_a_study_at_every_write(program, references, meddler, fields):
             assert check_study(program.results, reference) == ("complete", MEMBERS)
     print(len(kinds), Counter(kinds))
     assert kinds[0] == ("old", 0) and len({kind for kind in kinds if kind[0] == "running"}) >= 3
+
+
+@pytest.mark.parametrize("tick", [0.15, 0.2, 0.25, 0.5])
+def test_places_of_editions_are_used_again(program, references, meddler, tick):
+    """With some clocks an edition outgrows the place of an older one and is made once more."""
+    text = study_deck(MEMBERS, "[u]", "TRANSIENT newmark step=1e-4 end=1e-3 name=swing")
+    assert program.run(text, env=meddler(tick=tick)) == (0, "")
+    assert check_study(program.results, references(text)) == ("complete", MEMBERS)
 
 
 def count_calls(program, environment, text):

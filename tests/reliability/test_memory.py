@@ -113,6 +113,16 @@ def test_what_is_needed_is_what_is_taken(program, command, nodes):
     assert 1.0 <= ratio <= 2.0
 
 
+@pytest.mark.parametrize("inertia", ["diagonal", "full"])
+@pytest.mark.parametrize("damping", ["", "DAMPING mass=20\n"])
+def test_matrices_beside_the_block_solver_are_counted(program, inertia, damping):
+    text = sized(20000).replace("h=1\n", f"h=1  inertia={inertia}\n")
+    text = text.replace("OUTPUT", damping + "OUTPUT").replace("fields=[u v a]", "fields=none")
+    ratio = needed(program, text) / peak(program, text)
+    print(inertia, damping, ratio)
+    assert 1.0 <= ratio <= 2.0
+
+
 @pytest.mark.parametrize("nodes", [2, 5])
 @pytest.mark.parametrize("fields", ["strain", "u strain stress"])
 def test_strains_and_stresses_are_counted(program, fields, nodes):

@@ -37,7 +37,8 @@ class Runner:
         self.cpu = end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime
         self.waits = end.ru_nvcsw - start.ru_nvcsw
         self.out, self.err, self.status = done.stdout, done.stderr, done.returncode
-        assert status in (None, done.returncode), f"exit status {done.returncode}\n{self.out[-2000:]}\n{self.err}"
+        said = f"exit status {done.returncode}\n{self.out[-2000:]}\n{self.err}"
+        assert status in (None, done.returncode), said
         for text in (self.out, self.err):
             assert "Backtrace" not in text and "Fortran runtime" not in text and "HDF5-DIAG" not in text, text
         return self

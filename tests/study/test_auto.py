@@ -77,8 +77,8 @@ def relative_error(file, truth, command, probe, since=0.0):
 @pytest.mark.parametrize("accuracy", [3e-2, 5e-3])
 def test_estimates_are_honest(gentbeam, scene, accuracy):
     gentbeam("-o", "tuned", deck=deck(scene, f"TRANSIENT auto accuracy={accuracy} probe=tip end=8e-3"))
-    gentbeam("-q", "-o", "truth", "--set", "n=40",
-             deck=deck(scene, "TRANSIENT newmark step=8e-7 end=8e-3", FINEST))  # fmt: skip
+    gentbeam("-q", "-o", "truth", "--set", "n=60",
+             deck=deck(scene, f"TRANSIENT newmark step={2e-5 * accuracy} end=8e-3", FINEST))  # fmt: skip
     with gentbeam.results("tuned") as file, gentbeam.results("truth") as truth:
         estimate = file["tuning"].attrs["estimate"]
         assert estimate <= accuracy
@@ -152,7 +152,7 @@ TRANSIENT newmark step=4e-7 end=4e-3 name=motion""", FINEST))  # fmt: skip
 def test_newmark_gives_way(gentbeam):
     """A beam that spins fast in free flight: Newmark's rule comes to no end, the scheme that damps does, and
     its estimate holds against the scheme that conserves energy and momentum."""
-    gentbeam("-o", "tuned", deck=SPINNING.format(task="auto accuracy=1e-2 probe=tip"))
+    gentbeam("-o", "tuned", deck=SPINNING.format(task="auto accuracy=5e-3 probe=tip"))
     task = "energy step=2.5e-5"
     gentbeam("-q", "-o", "truth", "--set", "n=16", deck=SPINNING.format(task=task))
     with gentbeam.results("tuned") as file, gentbeam.results("truth") as truth:
@@ -164,23 +164,23 @@ def test_newmark_gives_way(gentbeam):
 
 
 LATE = """CLAMP x=0
-HISTORY knock pulse start=0.08 stop=0.081
+HISTORY knock pulse start=0.4 stop=0.401
 POINT x=10 f3=10 history=knock
 PROBE tip u3 x=10"""
 
 
 def test_steps_are_adaptive_where_that_pays(gentbeam):
     """Long rest, then a knock: few steps for the rest."""
-    tasks = "TRANSIENT auto accuracy=2e-2 probe=tip end=0.1"
+    tasks = "TRANSIENT auto accuracy=2e-2 probe=tip end=0.42"
     tuned = DECK.format(scene=LATE, section="", output="", tasks=tasks)
     out = gentbeam("-o", "tuned", deck=tuned).out
-    truth = DECK.format(scene=LATE, section=FINEST, output="", tasks="TRANSIENT newmark step=4e-6 end=0.1")
+    truth = DECK.format(scene=LATE, section=FINEST, output="", tasks="TRANSIENT newmark step=4e-6 end=0.42")
     gentbeam("-q", "-o", "truth", "--set", "n=24", deck=truth)
     with gentbeam.results("tuned") as file, gentbeam.results("truth") as truth:
         assert file["transient"].attrs["accuracy"] == file["tuning"].attrs["local_accuracy"]
         estimate = file["tuning"].attrs["estimate"]
-        assert 0.1 < relative_error(file, truth, "transient", "tip", 0.08) / estimate < 2
-        assert (file["transient/time"][()] < 0.0799).sum() < 0.2 * file["transient/time"].size
+        assert 0.1 < relative_error(file, truth, "transient", "tip", 0.4) / estimate < 2
+        assert (file["transient/time"][()] < 0.3999).sum() < 0.2 * file["transient/time"].size
     assert "adaptive with accuracy" in out
 
 
@@ -195,8 +195,8 @@ def test_given_inertia_is_kept(gentbeam):
             assert (3 in file["tuning/rungs/inertia"][()]) == (given == "")
             if given != "inertia=diagonal":
                 continue
-            gentbeam("-q", "-o", "truth", "--set", "n=40",
-                     deck=deck("three supports", "TRANSIENT newmark step=8e-7 end=8e-3", given))  # fmt: skip
+            gentbeam("-q", "-o", "truth", "--set", "n=60",
+                     deck=deck("three supports", "TRANSIENT newmark step=1e-7 end=8e-3", given))  # fmt: skip
             with gentbeam.results("truth") as truth:
                 estimate = file["tuning"].attrs["estimate"]
                 assert 0.1 < relative_error(file, truth, "transient", "tip") / estimate < 2
@@ -264,7 +264,7 @@ def test_rule_auto(gentbeam):
     tasks = "STATIC steps=5\nTRANSIENT newmark step=2e-4 end=4e-3"
     for section, name in (("rule=auto tolerance=1e-5", "auto"), ("points=10", "many"), ("points=3", "few")):
         gentbeam("-q", "-o", name, "--set", "jm=0.4",
-                 deck=deck("cantilever", tasks, section, output="DAMPING mass=1"))  # fmt: skip
+                 deck=deck("cantilever", tasks, section, output="DAMPING stiffness=1e-12"))  # fmt: skip
     with gentbeam.results("auto") as auto, gentbeam.results("many") as many, gentbeam.results("few") as few:
         points = auto["mesh/points"][()]
         assert points.size == 10 and points[0] > 4 and points[-1] == 3
@@ -277,7 +277,7 @@ def test_rule_auto(gentbeam):
 def test_rule_auto_in_a_study(gentbeam):
     """Every member has its own points, and is what a run of it alone gives."""
     tasks = "STATIC steps=5\nTRANSIENT newmark step=2e-4 end=4e-3"
-    text = deck("cantilever", tasks, "rule=auto tolerance=1e-5", output="DAMPING mass=1")
+    text = deck("cantilever", tasks, "rule=auto tolerance=1e-5", output="DAMPING stiffness=1e-12")
     gentbeam("-q", "-o", "study", "--threads", 2,
              deck=text.replace("MATERIAL", "SWEEP jm=[0.4 5]\nMATERIAL"))  # fmt: skip
     for number, jm in enumerate(("0.4", "5"), 1):

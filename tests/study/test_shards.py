@@ -196,6 +196,23 @@ def test_a_broken_file_is_begun_anew(gentbeam):
     assert finished(gentbeam.path("gentbeam.shard-1-of-2")) == 8
 
 
+def test_a_damaged_file_is_begun_anew_and_not_merged(gentbeam):
+    """One bit of one number is wrong."""
+    deck, path = study(SWEEP), gentbeam.path("gentbeam.shard-1-of-2")
+    for i in (1, 2):
+        gentbeam("-q", "--shard", f"{i}/2", deck=deck)
+    whole = path.read_bytes()
+    with h5py.File(path) as file:
+        place = file["sweep/members/000001/transient/u"].id.get_offset() + 1000
+    path.write_bytes(whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :])
+    gentbeam("--merge", "joined.h5", *shard_names("gentbeam", 2), status=3)
+    assert "sweep/members/000001/transient/u is not what was written" in gentbeam.err
+    assert not gentbeam.path("joined").exists()
+    gentbeam("--shard", "1/2", deck=deck)
+    assert "000001/transient/u is not what was written; it is begun anew\n" in gentbeam.out
+    gentbeam("-q", "--merge", "joined.h5", *shard_names("gentbeam", 2))
+
+
 def test_what_cannot_be_merged(gentbeam):
     for i in (1, 2):
         gentbeam("-q", "--shard", f"{i}/2", "-o", "a", deck=study(SWEEP))

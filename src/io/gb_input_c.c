@@ -1,11 +1,12 @@
-/* Whether a results file still holds what was written: HDF5 protects what describes the numbers, and the attributes
-   `checksum` and `text_checksum` the rest (docs/results.md). */
+/* Results files that are read: opening them, and whether they still hold what was written. HDF5 protects what describes
+   the numbers, and the attributes `checksum` and `text_checksum` the rest (docs/results.md). */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <hdf5.h>
 #include <zlib.h>
+#include "gb_cache.h"
 
 #define SLAB_BYTES ((hsize_t)16 << 20)      /* of an array that are read at once */
 #define MOST_DIMENSIONS 8
@@ -14,6 +15,30 @@ typedef struct {
     char *name;                             /* of the first object that is not what was written */
     size_t size;
 } finding_t;
+
+void gb_limit_cache(hid_t access)
+{
+    H5AC_cache_config_t config = {.version = H5AC__CURR_CACHE_CONFIG_VERSION};
+
+    if (H5Pget_mdc_config(access, &config) < 0)
+        return;
+    config.set_initial_size = 1;
+    config.initial_size = config.min_size = (size_t)1 << 20;
+    config.max_size = (size_t)2 << 20;
+    H5Pset_mdc_config(access, &config);
+}
+
+/* Open a file to read it: HDF5's identifier, or negative. */
+hid_t gb_open_to_read(const char *path)
+{
+    hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    hid_t file;
+
+    gb_limit_cache(access);
+    file = H5Fopen(path, H5F_ACC_RDONLY, access);
+    H5Pclose(access);
+    return file;
+}
 
 /* A checksum that an object claims to have. 1: it has one; 0: none; -1: it cannot be read. */
 static int claimed(hid_t object, const char *name, uint32_t *checksum)
@@ -80,17 +105,23 @@ static herr_t look_at_attribute(hid_t object, const char *name, const H5A_info_t
     return answer < 0 ? -1 : 0;
 }
 
-/* 0: the attributes are what was written. */
-static int check_attributes(hid_t object)
+/* 0: the attributes are what was written; those of the root and of /units together. */
+static int check_attributes(hid_t object, int is_root)
 {
     uint32_t expected = 0, found = 0;
     int has_checksum = claimed(object, "text_checksum", &expected);
+    herr_t answer;
 
     if (has_checksum <= 0)
         return has_checksum;
-    if (H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, NULL, look_at_attribute, &found) < 0)
-        return -1;
-    return found == expected ? 0 : -1;
+    answer = H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, NULL, look_at_attribute, &found);
+    if (answer >= 0 && is_root) {
+        hid_t units = H5Oopen(object, "units", H5P_DEFAULT);
+        answer = units < 0 ? -1 : H5Aiterate2(units, H5_INDEX_NAME, H5_ITER_INC, NULL, look_at_attribute, &found);
+        if (units >= 0)
+            H5Oclose(units);
+    }
+    return answer >= 0 && found == expected ? 0 : -1;
 }
 
 static int read_texts(hid_t dataset, hid_t type, hid_t space, uint32_t *checksum)
@@ -165,7 +196,7 @@ static herr_t look_at(hid_t file, const char *name, const H5O_info_t *info, void
 {
     finding_t *finding = data;
     hid_t object = H5Oopen(file, name, H5P_DEFAULT);
-    int trouble = object < 0 || check_attributes(object) != 0 ||
+    int trouble = object < 0 || check_attributes(object, strcmp(name, ".") == 0) != 0 ||
                   (info->type == H5O_TYPE_DATASET && check_dataset(object) != 0);
 
     if (object >= 0)
