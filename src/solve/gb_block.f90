@@ -1,6 +1,8 @@
-!> The tangent of one beam as a chain of nodes: three-node elements side by side in lanes, their middle nodes
-!> eliminated (gb_element_lanes); what is left, a block-tridiagonal system of five unknowns an end node, is
-!> eliminated from both ends of the beam towards its middle, two nodes at a time (gb_blocks_pair).
+!> The tangent of one beam as a chain of nodes, three-node elements side by side in lanes (gb_slots). Middle
+!> nodes are eliminated in the element (gb_element_lanes), the nodes between the elements of a chunk after
+!> them, tied to the chunk's outer end (gb_blocks_lanes, gb_tie_lanes). What is left, a block-tridiagonal
+!> system of five unknowns a joint of chunks and of elements left over, is eliminated from both ends of the
+!> beam towards its middle, two joints at a time (gb_blocks_pair).
 module gb_block
     use gb_kinds, only: wp
     use gb_fields, only: n_fields
@@ -9,30 +11,43 @@ module gb_block
     use gb_inertia_lanes, only: inertia_t
     use gb_element_lanes, only: condense_element, recover_middle
     use gb_energy_lanes, only: stored_energy, lane_kinetic_energy => kinetic_energy
-    use gb_blocks_pair, only: n_triangle, n_kept_node, eliminate_node, eliminate_last_node, back_substitute
+    use gb_blocks_lanes, only: n_block, hold_between => hold, eliminate_between => eliminate_node, &
+        back_substitute_between => back_substitute
+    use gb_tie_lanes, only: hold_tie, pass_on_tie, follow_tie
+    use gb_chain_lanes, only: join
+    use gb_blocks_pair, only: n_triangle, n_kept_node, hold, eliminate_node, eliminate_last_node, &
+        back_substitute
     use gb_stage, only: stage_t
     use gb_system, only: system_t
-    use gb_slots, only: slots_t, n_node, pass_slots
+    use gb_slots, only: slots_t, n_node
     use gb_linearised, only: linearised_t
     implicit none
     private
 
     type, extends(linearised_t), public :: block_t
         private
-        integer :: n_elements = 0
         type(slots_t) :: slots                              !! elements side by side
-        logical, allocatable :: is_held(:, :)               !! at end nodes (5, 0:n_elements)
-        logical, allocatable :: has_support(:)              !! any of them (0:n_elements)
+        integer, allocatable :: joint(:, :)                 !! end nodes a step eliminates (2, steps + 1)
+        logical, allocatable :: meets_support(:)            !! whether a step does (steps + 1)
+        real(wp), allocatable :: u_mass(:, :)               !! of the stage, side by side (lanes, 5 nodes)
+        real(wp), allocatable :: u_damping(:, :)
+        real(wp), allocatable :: u_start(:, :)
+        real(wp), allocatable :: f_external(:, :)
+        logical, allocatable :: is_held(:, :)               !! at end nodes (5, 0:elements)
+        logical, allocatable :: has_support(:)              !! any of them (0:elements)
         real(wp), allocatable :: kept(:, :, :)              !! of middle nodes (lanes, n_kept, slots)
-        real(wp), allocatable :: kept_node(:, :, :)         !! of end nodes (2, n_kept_node, steps + 1)
-        real(wp) :: residuals(lanes, n_fields) = 0.0_wp     !! largest of a middle node
-        real(wp) :: end_residuals(pair, n_fields) = 0.0_wp  !! largest of an end node
+        real(wp), allocatable :: kept_between(:, :, :)      !! in chunks (lanes, n_kept_node, 2:chunk)
+        real(wp), allocatable :: tie(:, :, :)               !! of these (lanes, n_block, 2:chunk)
+        real(wp), allocatable :: kept_joint(:, :, :)        !! (2, n_kept_node, steps + 1)
+        real(wp) :: residuals(lanes, n_fields) = 0.0_wp     !! largest inside chunks and elements
+        real(wp) :: end_residuals(pair, n_fields) = 0.0_wp  !! largest of a joint
         real(wp) :: forces(lanes, n_fields) = 0.0_wp        !! largest of an element on an end node
         logical :: may_be_indefinite = .false.              !! the tangent, of this stage
         real(wp) :: force_factor = 1.0_wp                   !! of the stage
         type(inertia_t) :: inertia                          !! of the stage, over its force_factor
     contains
         procedure :: set_up
+        procedure :: take_stage
         procedure :: evaluate
         procedure :: solve
         procedure :: relative_residual
@@ -49,10 +64,9 @@ contains
     subroutine set_up(self, system)
         class(block_t), intent(inout) :: self
         type(system_t), intent(in) :: system
-        integer :: n, e
+        integer :: n, e, i, s, steps
 
         n = system%n_elements
-        self%n_elements = n
         call self%slots%set_up(system)
         self%inertia%drag = system%rayleigh%mass
         self%inertia%is_full = self%slots%has_full_inertia
@@ -63,9 +77,70 @@ contains
             self%has_support(e) = any(self%is_held(:, e))
         end do
         allocate (self%kept(lanes, n_kept, self%slots%n_slots))
-        allocate (self%kept_node(pair, n_kept_node, (n + 1)/2 + 1))
-        self%kept_node(:, :, (n + 1)/2 + 1) = 0.0_wp
+        i = n_fields*self%slots%n_nodes
+        allocate (self%u_mass(lanes, i), self%u_start(lanes, i), self%f_external(lanes, i))
+        if (.not. needs_velocity(self)) i = 0
+        allocate (self%u_damping(lanes, i))
+        associate (chunk => self%slots%chunk)
+            allocate (self%kept_between(lanes, n_kept_node, 2:chunk), self%tie(lanes, n_block, 2:chunk))
+        end associate
+        steps = sum([((self%slots%n_used(s) + 1)/2, s=max(1, self%slots%chunk), self%slots%n_slots)])
+        allocate (self%kept_joint(pair, n_kept_node, steps + 1))
+        self%kept_joint(:, :, steps + 1) = 0.0_wp
+        call find_joints(self, steps)
     end subroutine set_up
+
+    !> Which end nodes are eliminated together, and at last the one in which both ends meet.
+    subroutine find_joints(self, steps)
+        class(block_t), intent(inout) :: self
+        integer, intent(in) :: steps
+        integer :: s, l, step
+
+        allocate (self%joint(pair, steps + 1), self%meets_support(steps + 1))
+        associate (slots => self%slots)
+            l = 2*((slots%n_used(slots%n_slots) + 1)/2) - 1
+            self%joint(:, steps + 1) = slots%element(l, slots%n_slots)
+            step = 0
+            do s = 1, slots%n_slots
+                if (s > 1 .and. s <= slots%chunk) cycle
+                do l = 1, slots%n_used(s), pair
+                    step = step + 1
+                    self%joint(1, step) = slots%outer(l, s)
+                    self%joint(2, step) = slots%outer(min(l + 1, lanes), s)
+                end do
+            end do
+        end associate
+        do step = 1, steps + 1
+            self%meets_support(step) = any(self%has_support(self%joint(:, step))) .or. &
+                any(self%has_support(self%joint(:, min(step + 1, steps + 1))))
+        end do
+    end subroutine find_joints
+
+    !> Put side by side what does not change from one iteration to the next.
+    subroutine take_stage(self, stage)
+        class(block_t), intent(inout) :: self
+        type(stage_t), intent(in) :: stage
+
+        ! At rest a pivot that is not positive is a buckled state or a mechanism: LAPACK's matter. In motion
+        ! it is a guess that is far off, which Newton's method leaves by itself; where it ends all must be.
+        self%may_be_indefinite = stage%mass_factor > 0.0_wp
+        self%force_factor = stage%force_factor
+        self%inertia%mass_factor = stage%mass_factor/stage%force_factor
+        self%inertia%damping_factor = stage%damping_factor/stage%force_factor
+        if (stage%mass_factor > 0.0_wp) then
+            call self%slots%gather_nodes(stage%u_mass, self%u_mass)
+            if (needs_velocity(self)) call self%slots%gather_nodes(stage%u_damping, self%u_damping)
+        end if
+        if (stage%force_factor < 1.0_wp) call self%slots%gather_nodes(stage%u_start, self%u_start)
+        call self%slots%gather_nodes(stage%f_external, self%f_external)
+    end subroutine take_stage
+
+    !> Whether velocities are asked for, in motion.
+    pure logical function needs_velocity(self)
+        class(block_t), intent(in) :: self
+
+        needs_velocity = self%inertia%drag > 0.0_wp .or. self%inertia%is_full
+    end function needs_velocity
 
     subroutine evaluate(self, system, stage, u, admissible)
         class(block_t), intent(inout) :: self
@@ -73,9 +148,8 @@ contains
         type(stage_t), intent(in) :: stage
         real(wp), intent(in), contiguous :: u(:)
         logical, intent(out) :: admissible
-        real(wp) :: no_residual(0)
 
-        call linearise(self, stage, u, no_residual, admissible)
+        call condense_and_eliminate(self, stage, u, admissible)
     end subroutine evaluate
 
     subroutine residual(self, system, stage, u, r)
@@ -86,48 +160,27 @@ contains
         real(wp), intent(out), contiguous :: r(:)
         logical :: admissible
 
-        call linearise(self, stage, u, r, admissible)
+        call condense_and_eliminate(self, stage, u, admissible, r)
         where (system%fixed) r = 0.0_wp
     end subroutine residual
 
-    !> The increment that is solved for is that of the point where the internal force is evaluated,
-    !> force_factor times that of the unknowns: then the tangent of the internal force needs no scaling.
-    subroutine linearise(self, stage, u, r, admissible)
+    !> From the ends of the beam to its middle: the chunks element by element and the joints between them,
+    !> then the elements left over and theirs. The increment that is solved for is that of the point where the
+    !> internal force is evaluated, force_factor times that of the unknowns: then the tangent of the internal
+    !> force needs no scaling.
+    subroutine condense_and_eliminate(self, stage, u, admissible, r)
         class(block_t), intent(inout) :: self
         type(stage_t), intent(in) :: stage
         real(wp), intent(in), contiguous :: u(:)
-        real(wp), intent(out), contiguous :: r(:)  !! residual, unknown by unknown, where there is room for it
         logical, intent(out) :: admissible
-
-        self%force_factor = stage%force_factor
-        self%inertia%mass_factor = stage%mass_factor/stage%force_factor
-        self%inertia%damping_factor = stage%damping_factor/stage%force_factor
-        associate (factor => stage%force_factor)
-            if (factor < 1.0_wp) then
-                call condense_and_eliminate(self, stage, stage%u_start + factor*(u - stage%u_start), u, &
-                    r, admissible)
-            else
-                call condense_and_eliminate(self, stage, u, u, r, admissible)
-            end if
-        end associate
-    end subroutine linearise
-
-    !> From the ends of the beam to its middle, pass by pass.
-    subroutine condense_and_eliminate(self, stage, u_e, u, r, admissible)
-        class(block_t), intent(inout) :: self
-        type(stage_t), intent(in) :: stage
-        real(wp), intent(in), contiguous :: u_e(:)  !! where the internal force is evaluated
-        real(wp), intent(in), contiguous :: u(:)
-        real(wp), intent(out), contiguous :: r(:)
-        logical, intent(out) :: admissible
-        real(wp) :: part(lanes, n_condensed, pass_slots), room(lanes), pivot(lanes)
+        real(wp), intent(out), contiguous, optional :: r(:)     !! residual, unknown by unknown
+        real(wp) :: joined(lanes, n_condensed)      !! chunks, each as if an element, or elements left over
+        real(wp) :: part(lanes, n_condensed, 0:1)   !! the last elements of the chunks, and those before
+        real(wp) :: room(lanes), pivot(lanes)
         real(wp) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
-        integer :: pass, s, first
+        integer :: s, now, step
 
-        ! At rest a pivot that is not positive is a buckled state or a mechanism: LAPACK's matter. In motion
-        ! it is a guess that is far off, which Newton's method leaves by itself; where it ends all must be.
-        self%may_be_indefinite = stage%mass_factor > 0.0_wp
-        if (size(r) > 0) r = -stage%f_external
+        if (present(r)) r = -stage%f_external
         room = 1.0_wp
         pivot = 1.0_wp
         pivots = 1.0_wp
@@ -137,128 +190,170 @@ contains
         self%residuals = 0.0_wp
         self%end_residuals = 0.0_wp
         self%forces = 0.0_wp
-        do pass = 1, size(self%slots%pass_step)
-            first = self%slots%pass_slot(pass)
-            do s = first + 1, self%slots%pass_slot(pass + 1)
-                call condense_slot(self, s, stage, u_e, u, part(:, :, s - first), room, pivot)
-                if (size(r) > 0) call gather_residual(self, s, part(:, :, s - first), r)
-            end do
+        step = 0
+        do s = 1, self%slots%n_slots
+            now = modulo(s, 2)
+            if (s > self%slots%chunk) then
+                call condense_slot(self, s, stage, u, joined, room, pivot, r)
+            else
+                call condense_slot(self, s, stage, u, part(:, :, now), room, pivot, r)
+                if (s == 1) then
+                    joined = part(:, :, now)
+                else
+                    call lengthen(self, s, part(:, :, 1 - now), part(:, :, now), joined, pivot)
+                end if
+                if (s == self%slots%chunk) call close_chunks(part(:, :, now), joined)
+            end if
             admissible = all(room > 0.0_wp)
             if (.not. admissible) return
-            call eliminate_pass(self, pass, part, stage%f_external, k, rhs, raw, pivots)
             self%is_trusted = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
             if (.not. (self%is_trusted .or. self%may_be_indefinite)) return
+            if (s >= self%slots%chunk) call eliminate_joints(self, s, joined, k, rhs, raw, pivots, step)
         end do
         call eliminate_last(self, stage%f_external, k, rhs, raw, pivots)
         self%is_trusted = all(pivot > 0.0_wp) .and. all(pivots > 0.0_wp)
     end subroutine condense_and_eliminate
 
     !> The elements of a slot, their middle nodes eliminated.
-    subroutine condense_slot(self, slot, stage, u_e, u, part, room, pivot)
+    subroutine condense_slot(self, slot, stage, u, part, room, pivot, r)
         class(block_t), intent(inout) :: self
         integer, intent(in) :: slot
         type(stage_t), intent(in) :: stage
-        real(wp), intent(in), contiguous :: u_e(:), u(:)
+        real(wp), intent(in), contiguous :: u(:)
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: room(lanes), pivot(lanes)
-        real(wp), dimension(lanes, 3*n_fields) :: fields, at_end, v, a
-        real(wp) :: f(lanes, n_fields)
-        integer :: i
+        real(wp), intent(inout), contiguous, optional :: r(:)
+        real(wp), dimension(lanes, 3*n_fields) :: fields, v, a
+        integer :: i, last, at
 
-        call self%slots%gather(slot, 0, 3, u_e, fields)
-        if (stage%mass_factor > 0.0_wp) then
-            if (stage%force_factor < 1.0_wp) then
-                call self%slots%gather(slot, 0, 3, u, at_end)
-                call move(self, slot, stage, at_end, v, a)
-            else
-                call move(self, slot, stage, fields, v, a)
-            end if
-        end if
-        call self%slots%gather(slot, 1, 1, stage%f_external, f)
+        at = self%slots%place(slot)
+        call self%slots%gather(slot, u, fields)
+        last = at + 3*n_fields
+        if (stage%mass_factor > 0.0_wp) call move(self, slot, stage, fields, v, a)
+        if (stage%force_factor < 1.0_wp) fields = self%u_start(:, at + 1:last) &
+            + stage%force_factor*(fields - self%u_start(:, at + 1:last))
         call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
             self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(slot)), &
-            self%inertia, fields, v, a, f, part, self%kept(:, :, slot), room, pivot)
+            self%inertia, fields, v, a, self%f_external(1, at + n_fields + 1), part, self%kept(:, :, slot), &
+            room, pivot)
         !GCC$ unroll 5
         do i = 1, n_fields
             self%residuals(:, i) = max(self%residuals(:, i), abs(part(:, at_raw + n_fields + i)))
             self%forces(:, i) = max(self%forces(:, i), abs(part(:, at_raw + i)), abs(part(:, at_raw &
                 + n_node + i)))
         end do
+        if (present(r)) call add_residual(self, slot, part, r)
     end subroutine condense_slot
 
     !> Velocities v of a slot's elements, where something depends on them, and accelerations a, to which the
     !> damping by the mass adds `drag` v.
-    subroutine move(self, slot, stage, u, v, a)
+    pure subroutine move(self, slot, stage, u, v, a)
         class(block_t), intent(in) :: self
         integer, intent(in) :: slot
         type(stage_t), intent(in) :: stage
         real(wp), intent(in) :: u(lanes, 3*n_fields)        !! fields at the end of the stage
         real(wp), intent(out), dimension(lanes, 3*n_fields) :: v, a
-        real(wp) :: from(lanes, 3*n_fields)
+        integer :: first, last
 
-        call self%slots%gather(slot, 0, 3, stage%u_mass, from)
-        a = stage%mass_factor*(u - from)
-        if (self%inertia%drag <= 0.0_wp .and. .not. self%inertia%is_full) return
-        call self%slots%gather(slot, 0, 3, stage%u_damping, from)
-        v = stage%damping_factor*(u - from)
+        first = self%slots%place(slot) + 1
+        last = self%slots%place(slot) + 3*n_fields
+        a = stage%mass_factor*(u - self%u_mass(:, first:last))
+        if (.not. needs_velocity(self)) return
+        v = stage%damping_factor*(u - self%u_damping(:, first:last))
         a = a + self%inertia%drag*v
     end subroutine move
 
+    !> Eliminate the nodes between the chunks so far and the elements of a slot.
+    subroutine lengthen(self, slot, before, part, chunk, pivot)
+        class(block_t), intent(inout) :: self
+        integer, intent(in) :: slot
+        real(wp), intent(in) :: before(lanes, n_condensed)      !! elements of the slot before
+        real(wp), intent(inout) :: part(lanes, n_condensed)
+        real(wp), intent(inout) :: chunk(lanes, n_condensed)    !! outer ends, and couplings to the inner ones
+        real(wp), intent(inout) :: pivot(lanes)
+        real(wp), dimension(lanes, n_fields) :: r, raw, inverse, free, next_free
+        real(wp) :: k(lanes, n_triangle)
+        integer :: l, node(lanes)
+
+        call join(before, part, self%f_external(1, self%slots%place(slot) + 1), k, r, raw)
+        do l = 1, lanes
+            node(l) = self%slots%outer(l, slot)
+        end do
+        if (any(self%has_support(node))) then
+            free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, node)))
+            next_free = 1.0_wp
+            call hold_between(free, next_free, k, part(1, at_lr + 1), r, raw)
+            call hold_tie(free, chunk(1, at_lr + 1))
+        end if
+        self%residuals = max(self%residuals, abs(raw))
+        associate (kept => self%kept_between(:, :, slot))
+            call eliminate_between(k, part(1, at_lr + 1), r, part(1, at_rr + 1), part(1, at_r + 1), kept, &
+                inverse, pivot)
+            call pass_on_tie(kept, inverse, chunk(1, at_lr + 1), chunk(1, at_ll + 1), chunk(1, at_l + 1), &
+                self%tie(:, :, slot))
+        end associate
+    end subroutine lengthen
+
+    !> Inner ends of the chunks are those of their last elements.
+    pure subroutine close_chunks(part, chunk)
+        real(wp), intent(in) :: part(lanes, n_condensed)
+        real(wp), intent(inout) :: chunk(lanes, n_condensed)
+
+        chunk(:, at_rr + 1:at_rr + n_triangle) = part(:, at_rr + 1:at_rr + n_triangle)
+        chunk(:, at_r + 1:at_r + n_fields) = part(:, at_r + 1:at_r + n_fields)
+        chunk(:, at_raw + n_node + 1:) = part(:, at_raw + n_node + 1:)
+    end subroutine close_chunks
+
     !> r <- r + the residual of a slot's elements on their nodes (external forces are in r already).
-    subroutine gather_residual(self, slot, part, r)
+    pure subroutine add_residual(self, slot, part, r)
         class(block_t), intent(in) :: self
         integer, intent(in) :: slot
         real(wp), intent(in) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: r(:)
-        integer :: e, l, first
+        integer :: l, outer, middle, inner
 
-        do e = self%slots%first(slot), self%slots%last(slot)
-            l = e - self%slots%first(slot) + 1
-            first = n_node*(e - 1)
-            r(first + 1:first + 5) = r(first + 1:first + 5) + part(l, at_raw + 1:at_raw + 5)
-            r(first + 6:first + 10) = part(l, at_raw + 6:at_raw + 10)
-            r(first + 11:first + 15) = r(first + 11:first + 15) + part(l, at_raw + 11:at_raw + 15)
+        do l = 1, self%slots%n_used(slot)
+            middle = n_node*self%slots%element(l, slot) - n_fields
+            outer = n_node*self%slots%outer(l, slot)
+            inner = 2*middle - outer
+            r(outer + 1:outer + 5) = r(outer + 1:outer + 5) + part(l, at_raw + 1:at_raw + 5)
+            r(middle + 1:middle + 5) = part(l, at_raw + 6:at_raw + 10)
+            r(inner + 1:inner + 5) = r(inner + 1:inner + 5) + part(l, at_raw + 11:at_raw + 15)
         end do
-    end subroutine gather_residual
+    end subroutine add_residual
 
-    !> Eliminate the end nodes of a pass, one from each end of the beam at a time (lane 1 from the left, lane
-    !> 2 from the right). k, rhs and raw are what the nodes before have left: block, right-hand side, and
-    !> residual before any elimination. With an odd number of elements the last one is eliminated from the
-    !> left alone.
-    subroutine eliminate_pass(self, pass, part, f_external, k, rhs, raw, pivots)
+    !> Eliminate the outer ends of a slot's parts, two at a time (an odd lane's on the left of the beam and an
+    !> even one's on the right). k, rhs and raw are what the joints before have left: block, right-hand side,
+    !> and residual before any elimination. The last part may be alone: it is eliminated from the left then.
+    subroutine eliminate_joints(self, slot, part, k, rhs, raw, pivots, step)
         class(block_t), intent(inout) :: self
-        integer, intent(in) :: pass
-        real(wp), intent(in) :: part(lanes, n_condensed, pass_slots)
-        real(wp), intent(in), contiguous :: f_external(:)
+        integer, intent(in) :: slot
+        real(wp), intent(in) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
+        integer, intent(inout) :: step                  !! steps so far
         real(wp) :: this_k(pair, n_triangle), c(pair, n_fields, n_fields)
-        real(wp), dimension(pair, n_fields) :: this_rhs, this_raw
+        real(wp), dimension(pair, n_fields) :: this_rhs, this_raw, inverse, free, next_free
         real(wp) :: right_k(n_triangle), right_rhs(n_fields), right_raw(n_fields)
-        integer :: i, step, left, right, near, far
+        integer :: lane, at
         logical :: is_alone
 
-        do i = 1, (self%slots%pass_elements(pass) + 1)/2
-            step = self%slots%pass_step(pass) + i
-            left = i - 1
-            right = self%slots%pass_elements(pass) - i
-            is_alone = left == right
-            near = step - 1
-            far = self%n_elements + 1 - step
+        at = self%slots%place(merge(1, slot, slot == self%slots%chunk))
+        do lane = 1, self%slots%n_used(slot), pair
+            step = step + 1
+            is_alone = lane == self%slots%n_used(slot)
             if (is_alone) then
                 right_k = k(2, :)
                 right_rhs = rhs(2, :)
                 right_raw = raw(2, :)
             end if
-            call enter(part(:, :, left/lanes + 1), part(:, :, right/lanes + 1), modulo(left, lanes) + 1, &
-                modulo(right, lanes) + 1, f_external(n_node*near + 1:n_node*near + n_fields), &
-                f_external(n_node*far + 1:n_node*far + n_fields), k, rhs, raw, this_k, this_rhs, this_raw, c)
-            if (self%has_support(near) .or. self%has_support(near + 1)) then
-                call support(self, near, near + 1, 1, this_k, this_rhs, this_raw, c)
+            call enter(part(lane, 1), self%f_external(lane, at + 1), k, rhs, raw, this_k, this_rhs, &
+                this_raw, c)
+            if (self%meets_support(step)) then
+                free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, self%joint(:, step))))
+                next_free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, self%joint(:, step + 1))))
+                call hold(free, next_free, this_k, c, this_rhs, this_raw)
             end if
-            if (self%has_support(far) .or. self%has_support(far - 1)) then
-                call support(self, far, far - 1, 2, this_k, this_rhs, this_raw, c)
-            end if
-            call eliminate_node(this_k, c, this_rhs, k, rhs, self%kept_node(:, :, step), pivots)
+            call eliminate_node(this_k, c, this_rhs, k, rhs, self%kept_joint(:, :, step), inverse, pivots)
             if (is_alone) then
                 k(2, :) = right_k
                 rhs(2, :) = right_rhs
@@ -267,150 +362,149 @@ contains
             end if
             self%end_residuals = max(self%end_residuals, abs(this_raw))
         end do
-    end subroutine eliminate_pass
+    end subroutine eliminate_joints
 
-    !> The blocks of a step: what is carried (k, rhs, raw) plus the near end of the next element less the
-    !> external force there (f1, f2), the element's coupling; and its far end, to be carried on. The right
-    !> element (part2, lane l2) is seen in the mirror.
-    pure subroutine enter(part1, part2, l1, l2, f1, f2, k, rhs, raw, this_k, this_rhs, this_raw, c)
-        real(wp), intent(in) :: part1(lanes, n_condensed), part2(lanes, n_condensed)
-        integer, intent(in) :: l1, l2
-        real(wp), intent(in) :: f1(n_fields), f2(n_fields)
+    !> The blocks of a step: what is carried (k, rhs, raw) plus the outer ends of the next two parts less the
+    !> external force there, and their coupling; and their inner ends, to be carried on.
+    pure subroutine enter(part, f, k, rhs, raw, this_k, this_rhs, this_raw, c)
+        real(wp), intent(in) :: part(lanes, *), f(lanes, *)     !! from the lane of the first of the two on
         real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields)
         real(wp), intent(out) :: this_k(pair, n_triangle)
         real(wp), intent(out), dimension(pair, n_fields) :: this_rhs, this_raw
         real(wp), intent(out) :: c(pair, n_fields, n_fields)
-        integer :: i, j
+        integer, parameter :: two = min(pair, lanes)            !! a single lane stands for both
+        integer :: i, j, l
 
         !GCC$ unroll 15
         do j = 1, n_triangle
-            this_k(1, j) = k(1, j) + part1(l1, at_ll + j)
-            this_k(2, j) = k(2, j) + part2(l2, at_rr + j)
-            k(1, j) = part1(l1, at_rr + j)
-            k(2, j) = part2(l2, at_ll + j)
+            do l = 1, pair
+                this_k(l, j) = k(l, j) + part(min(l, two), at_ll + j)
+                k(l, j) = part(min(l, two), at_rr + j)
+            end do
         end do
         !GCC$ unroll 5
         do j = 1, n_fields
-            this_rhs(1, j) = rhs(1, j) + (part1(l1, at_l + j) - f1(j))
-            this_rhs(2, j) = rhs(2, j) + (part2(l2, at_r + j) - f2(j))
-            rhs(1, j) = part1(l1, at_r + j)
-            rhs(2, j) = part2(l2, at_l + j)
-            this_raw(1, j) = raw(1, j) + (part1(l1, at_raw + j) - f1(j))
-            this_raw(2, j) = raw(2, j) + (part2(l2, at_raw + n_node + j) - f2(j))
-            raw(1, j) = part1(l1, at_raw + n_node + j)
-            raw(2, j) = part2(l2, at_raw + j)
+            do l = 1, pair
+                this_rhs(l, j) = rhs(l, j) + (part(min(l, two), at_l + j) - f(min(l, two), j))
+                rhs(l, j) = part(min(l, two), at_r + j)
+                this_raw(l, j) = raw(l, j) + (part(min(l, two), at_raw + j) - f(min(l, two), j))
+                raw(l, j) = part(min(l, two), at_raw + n_node + j)
+            end do
             !GCC$ unroll 5
             do i = 1, n_fields
-                c(1, i, j) = part1(l1, at_lr + 5*(j - 1) + i)
-                c(2, i, j) = part2(l2, at_lr + 5*(i - 1) + j)
+                do l = 1, pair
+                    c(l, i, j) = part(min(l, two), at_lr + 5*(j - 1) + i)
+                end do
             end do
         end do
     end subroutine enter
 
-    !> Supports of a node, whose rows and columns turn into those of the identity, and of the next one.
-    pure subroutine support(self, node, next, lane, k, rhs, raw, c)
-        class(block_t), intent(in) :: self
-        integer, intent(in) :: node, next, lane
-        real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields)
-        real(wp), intent(inout) :: c(pair, n_fields, n_fields)
-        integer :: i, j
-
-        if (self%has_support(node)) then
-            !GCC$ unroll 5
-            do i = 1, n_fields
-                if (.not. self%is_held(i, node)) cycle
-                !GCC$ unroll 5
-                do j = 1, n_fields
-                    k(lane, max(i, j)*(max(i, j) - 1)/2 + min(i, j)) = 0.0_wp
-                    c(lane, i, j) = 0.0_wp
-                end do
-                k(lane, i*(i + 1)/2) = 1.0_wp
-                rhs(lane, i) = 0.0_wp
-                raw(lane, i) = 0.0_wp
-            end do
-        end if
-        if (self%has_support(next)) then
-            do i = 1, n_fields
-                if (self%is_held(i, next)) c(lane, :, i) = 0.0_wp
-            end do
-        end if
-    end subroutine support
-
-    !> The node in which both ends meet; both lanes do the same.
+    !> The joint in which both ends meet; both lanes do the same.
     subroutine eliminate_last(self, f_external, k, rhs, raw, pivots)
         class(block_t), intent(inout) :: self
         real(wp), intent(in) :: f_external(:)
         real(wp), intent(inout) :: k(pair, n_triangle), rhs(pair, n_fields), raw(pair, n_fields), pivots(pair)
-        real(wp) :: no_coupling(pair, n_fields, n_fields)
-        integer :: steps, lane, i
+        real(wp) :: no_coupling(pair, n_fields, n_fields), free(pair, n_fields)
+        integer :: last, i
 
-        steps = (self%n_elements + 1)/2
+        last = size(self%meets_support)
         do i = 1, n_triangle
             k(:, i) = k(1, i) + k(2, i)
         end do
         do i = 1, n_fields
-            rhs(:, i) = rhs(1, i) + rhs(2, i) - f_external(n_node*steps + i)
-            raw(:, i) = raw(1, i) + raw(2, i) - f_external(n_node*steps + i)
+            associate (f => f_external(n_node*self%joint(1, last) + i))
+                rhs(:, i) = rhs(1, i) + rhs(2, i) - f
+                raw(:, i) = raw(1, i) + raw(2, i) - f
+            end associate
         end do
-        do lane = 1, pair
-            call support(self, steps, steps, lane, k, rhs, raw, no_coupling)
-        end do
+        if (self%meets_support(last)) then
+            no_coupling = 0.0_wp
+            free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, self%joint(:, last))))
+            call hold(free, free, k, no_coupling, rhs, raw)
+        end if
         self%end_residuals = max(self%end_residuals, abs(raw))
-        call eliminate_last_node(k, rhs, self%kept_node(:, :, steps + 1), pivots)
+        call eliminate_last_node(k, rhs, self%kept_joint(:, :, last), pivots)
     end subroutine eliminate_last
 
-    !> Back from the middle of the beam to its ends, and from the ends of the elements to their middles.
+    !> Back from the joint in the middle of the beam to its ends, from the joints into the chunks, and from
+    !> the ends of the elements to their middles.
     subroutine solve(self, increment, singular)
         class(block_t), intent(inout) :: self
         real(wp), intent(out), contiguous :: increment(:)
         integer, intent(out) :: singular
-        real(wp) :: x(pair, n_fields), next(pair, n_fields)
-        integer :: step, steps, right, s
+        real(wp) :: x(pair, n_fields), next(pair, n_fields), du(lanes, n_fields, 3)
+        integer :: step, s, middle
 
         singular = merge(0, -1, self%is_trusted .or. self%may_be_indefinite)
         if (singular /= 0) return
-        steps = (self%n_elements + 1)/2
+        step = size(self%meets_support)
         next = 0.0_wp
-        call back_substitute(self%kept_node(:, :, steps + 1), next, x)
-        increment(n_node*steps + 1:n_node*steps + n_fields) = x(1, :)
-        do step = steps, 1, -1
-            next = x
-            call back_substitute(self%kept_node(:, :, step), next, x)
-            increment(n_node*(step - 1) + 1:n_node*(step - 1) + n_fields) = x(1, :)
-            right = n_node*(self%n_elements + 1 - step)
-            ! Where the last element was eliminated from the left alone, the right end goes on from the
-            ! middle.
-            if (2*step > self%n_elements) then
-                x(2, :) = next(2, :)
+        call back_substitute(self%kept_joint(:, :, step), next, x)
+        middle = n_node*self%joint(1, step)
+        increment(middle + 1:middle + n_fields) = x(1, :)
+        do s = self%slots%n_slots, max(1, self%slots%chunk), -1
+            call solve_joints(self, s, x, step, du)
+            if (s == self%slots%chunk) then
+                call solve_chunks(self, du, increment)
             else
-                increment(right + 1:right + n_fields) = x(2, :)
+                call recover_middle(self%slots%constants(:, :, self%slots%constants_of(s)), &
+                    self%kept(:, :, s), du)
+                call self%slots%scatter(s, du, increment)
             end if
-        end do
-        do s = 1, self%slots%n_slots
-            call recover_slot(self, s, increment)
         end do
         if (self%force_factor < 1.0_wp) increment = increment/self%force_factor
     end subroutine solve
 
-    !> Increments of the middle nodes of a slot.
-    pure subroutine recover_slot(self, slot, increment)
+    !> Increments of the ends of a slot's parts: outer ones (du 1) from the inner ones (du 3).
+    pure subroutine solve_joints(self, slot, x, step, du)
         class(block_t), intent(in) :: self
         integer, intent(in) :: slot
-        real(wp), intent(inout), contiguous :: increment(:)
-        real(wp) :: du(lanes, 3*n_fields)
-        integer :: l, i, first
+        real(wp), intent(inout) :: x(pair, n_fields)            !! of the joints last solved for
+        integer, intent(inout) :: step                          !! last step that has been undone
+        real(wp), intent(out) :: du(lanes, n_fields, 3)
+        real(wp) :: next(pair, n_fields)
+        integer :: lane, l, i
 
-        call self%slots%gather(slot, 0, 1, increment, du)
-        call self%slots%gather(slot, 2, 1, increment, du(:, n_node + 1:))
-        call recover_middle(self%slots%constants(:, :, self%slots%constants_of(slot)), self%kept(:, :, &
-            slot), du)
-        do l = 1, self%slots%last(slot) - self%slots%first(slot) + 1
-            first = n_node*(self%slots%first(slot) + l - 2) + n_fields
-            do i = 1, n_fields
-                increment(first + i) = du(l, n_fields + i)
+        du = 0.0_wp
+        associate (n_used => self%slots%n_used(slot))
+            do lane = pair*((n_used - 1)/pair) + 1, 1, -pair
+                step = step - 1
+                next = x
+                call back_substitute(self%kept_joint(:, :, step), next, x)
+                ! Where the last part was eliminated from the left alone, the right goes on from the middle.
+                if (lane == n_used) x(2, :) = next(2, :)
+                do i = 1, n_fields
+                    do l = 1, min(pair, lanes)
+                        du(lane + l - 1, i, 1) = x(l, i)
+                        du(lane + l - 1, i, 3) = next(l, i)
+                    end do
+                end do
             end do
+        end associate
+    end subroutine solve_joints
+
+    !> Increments inside the chunks, from their inner ends to the outer ones.
+    subroutine solve_chunks(self, du, increment)
+        class(block_t), intent(inout) :: self
+        real(wp), intent(inout) :: du(lanes, n_fields, 3)       !! at the chunks' ends
+        real(wp), intent(inout), contiguous :: increment(:)
+        real(wp) :: outer(lanes, n_fields)
+        integer :: s
+
+        outer = du(:, :, 1)
+        do s = self%slots%chunk, 1, -1
+            if (s > 1) then
+                call follow_tie(self%tie(:, :, s), outer, self%kept_between(:, :, s))
+                call back_substitute_between(self%kept_between(:, :, s), du(:, :, 3), du(:, :, 1))
+            else
+                du(:, :, 1) = outer
+            end if
+            call recover_middle(self%slots%constants(:, :, self%slots%constants_of(s)), &
+                self%kept(:, :, s), du)
+            call self%slots%scatter(s, du, increment)
+            du(:, :, 3) = du(:, :, 1)
         end do
-    end subroutine recover_slot
+    end subroutine solve_chunks
 
     real(wp) function relative_residual(self, system, stage)
         class(block_t), intent(in) :: self
@@ -442,11 +536,11 @@ contains
         energy = 0.0_wp
         room = 1.0_wp
         do s = 1, self%slots%n_slots
-            call self%slots%gather(s, 0, 3, u, fields)
+            call self%slots%gather(s, u, fields)
             call stored_energy(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
                 self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(s)), fields, &
                 part, room)
-            energy = energy + sum(part(:self%slots%last(s) - self%slots%first(s) + 1))
+            energy = energy + sum(part(:self%slots%n_used(s)))
         end do
         admissible = all(room > 0.0_wp)
     end subroutine strain_energy
@@ -461,11 +555,11 @@ contains
 
         kinetic_energy = 0.0_wp
         do s = 1, self%slots%n_slots
-            call self%slots%gather(s, 0, 3, v, rates)
-            if (self%slots%has_full_inertia) call self%slots%gather(s, 0, 3, u, fields)
+            call self%slots%gather(s, v, rates)
+            if (self%slots%has_full_inertia) call self%slots%gather(s, u, fields)
             call lane_kinetic_energy(self%slots%constants(:, :, self%slots%constants_of(s)), &
                 self%slots%has_full_inertia, fields, rates, part)
-            kinetic_energy = kinetic_energy + sum(part(:self%slots%last(s) - self%slots%first(s) + 1))
+            kinetic_energy = kinetic_energy + sum(part(:self%slots%n_used(s)))
         end do
     end function kinetic_energy
 

@@ -39,6 +39,8 @@ module gb_chain_lanes
         procedure :: kinetic_energy
     end type chain_t
 
+    public :: join
+
 contains
 
     !> Room for members like this one.
@@ -106,7 +108,7 @@ contains
         real(wp), intent(in), dimension(lanes, n_fields, 2*n + 1) :: u, u_mass, u_start, f
         real(wp), intent(out) :: room(lanes), pivot(lanes)
         real(wp) :: part(lanes, n_condensed, 0:1), fields(lanes, n_fields, 3), a(lanes, n_fields, 3)
-        real(wp) :: k(lanes, n_triangle), r(lanes, n_fields), raw(lanes, n_fields)
+        real(wp) :: k(lanes, n_triangle), r(lanes, n_fields), raw(lanes, n_fields), inverse(lanes, n_fields)
         type(inertia_t) :: inertia
         integer :: e, now, before
 
@@ -135,7 +137,7 @@ contains
             if (self%has_support(e)) call hold_next(self%is_held(:, e), part(1, at_lr + 1, now))
             call watch(part(:, :, now), raw, self%residuals, self%forces)
             call eliminate_node(k, part(1, at_lr + 1, now), r, part(1, at_rr + 1, now), &
-                part(1, at_r + 1, now), self%kept_node(:, :, e - 1), pivot)
+                part(1, at_r + 1, now), self%kept_node(:, :, e - 1), inverse, pivot)
         end do
         call eliminate_last(self, part(:, :, modulo(n, 2)), f(1, 1, 2*n + 1), pivot)
     end subroutine eliminate_chain

@@ -172,15 +172,22 @@ contains
         real(wp), intent(out) :: force(:)
         type(error_t), allocatable, intent(out) :: error
         real(wp) :: factor
+        logical :: has_begun
         integer :: i
 
-        force = 0.0_wp
+        has_begun = .false.
         do i = 1, size(self%patterns)
             if (self%patterns(i)%stage == stage_static) cycle
             call self%histories(self%patterns(i)%history)%factor_at(t, before, factor, error)
             if (allocated(error)) return
-            force = force + factor*self%patterns(i)%force
+            if (has_begun) then
+                force = force + factor*self%patterns(i)%force
+            else
+                force = factor*self%patterns(i)%force
+            end if
+            has_begun = .true.
         end do
+        if (.not. has_begun) force = 0.0_wp
     end subroutine force_at
 
     !> The factors that force_at multiplies each pattern with; 0 for loads of statics.

@@ -84,9 +84,11 @@ contains
         real(wp), intent(in) :: dt
         type(state_t), intent(in) :: committed, previous
         type(state_t), intent(inout) :: reached
+        real(wp) :: by_a
 
-        reached%a = (reached%u - (committed%u + dt*committed%v + (dt**2*(0.5_wp - self%beta))*committed%a)) &
-            /(self%beta*dt**2)
+        by_a = 1.0_wp/(self%beta*dt**2)
+        reached%a = by_a*(reached%u &
+            - (committed%u + dt*committed%v + (dt**2*(0.5_wp - self%beta))*committed%a))
         reached%v = committed%v + dt*((1.0_wp - self%gamma)*committed%a + self%gamma*reached%a)
     end subroutine finish_stage
 

@@ -11,6 +11,7 @@ module gb_linearised
         logical :: is_exact = .true.    !! whether the tangent is the residual's derivative, all of it
         logical :: is_trusted = .true.  !! whether no increment of it can be small by a pivot's fault
     contains
+        procedure :: take_stage
         procedure(evaluate_i), deferred :: evaluate
         procedure(solve_i), deferred :: solve
         procedure(relative_residual_i), deferred :: relative_residual
@@ -65,5 +66,13 @@ module gb_linearised
             class(linearised_t), intent(in) :: self
         end function mechanism_i
     end interface
+
+contains
+
+    !> Take what a stage holds constant, before the first `evaluate`; most linearisations need not.
+    subroutine take_stage(self, stage)
+        class(linearised_t), intent(inout) :: self
+        type(stage_t), intent(in) :: stage
+    end subroutine take_stage
 
 end module gb_linearised

@@ -248,6 +248,7 @@ contains
         type(newton_report_t), intent(out) :: report
         logical :: admissible
 
+        call tangent%take_stage(stage)
         call tangent%evaluate(system, stage, u, admissible)
         if (.not. admissible) then
             where (.not. system%fixed) u = origin

@@ -7,8 +7,8 @@ module gb_norms
 
     public :: largest_values
 
-    !> Nodes that are looked at side by side: the loop over their fields fills vector registers.
-    integer, parameter :: group = 4
+    !> Unknowns of the nodes that are looked at side by side: the loop over them fills vector registers.
+    integer, parameter :: group = 4*n_fields
 
 contains
 
@@ -16,26 +16,30 @@ contains
     pure function largest_values(u) result(largest)
         real(wp), intent(in), contiguous :: u(:)    !! (5 nn)
         real(wp) :: largest(n_fields)
-        real(wp) :: most(n_fields*group), not_finite(n_fields*group)
-        integer :: i, k, whole
+        real(wp) :: most(group), check(group)       !! check: made NaN by infinities and NaNs
+        integer :: i, k, first
 
         most = 0.0_wp
-        not_finite = 0.0_wp
-        whole = size(u) - modulo(size(u), n_fields*group)
-        do i = 0, whole - 1, n_fields*group
-            do k = 1, n_fields*group
-                most(k) = max(most(k), abs(u(i + k)))
-                not_finite(k) = not_finite(k) + (u(i + k) - u(i + k))      ! a NaN for infinities and NaNs
+        check = 0.0_wp
+        if (size(u) < group) then
+            do k = 1, size(u)
+                most(k) = abs(u(k))
+                check(k) = 0.0_wp*u(k)
             end do
-        end do
-        do k = 1, size(u) - whole
-            most(k) = max(most(k), abs(u(whole + k)))
-            not_finite(k) = not_finite(k) + (u(whole + k) - u(whole + k))
-        end do
+        else
+            do i = 0, size(u) - 1, group
+                ! The last group has some of those before it once more: fields repeat with the nodes.
+                first = min(i, size(u) - group)
+                do k = 1, group
+                    most(k) = max(most(k), abs(u(first + k)))
+                    check(k) = check(k) + 0.0_wp*u(first + k)
+                end do
+            end do
+        end if
         do k = 1, n_fields
-            largest(k) = maxval(most(k::n_fields))
+            largest(k) = max(most(k), most(k + n_fields), most(k + 2*n_fields), most(k + 3*n_fields))
         end do
-        if (.not. all(not_finite >= 0.0_wp)) largest = huge(largest)
+        if (.not. all(check >= 0.0_wp)) largest = huge(largest)
     end function largest_values
 
 end module gb_norms

@@ -287,9 +287,14 @@ contains
         real(wp), intent(in) :: dt
         type(state_t), intent(in) :: state
         type(error_t), allocatable, intent(out) :: error
+        integer :: i
 
         self%trial%u = state%u + dt*state%v
-        self%trial%u(system%fixed_list) = state%u(system%fixed_list)
+        do i = 1, size(system%fixed_list)
+            associate (fixed => system%fixed_list(i))
+                self%trial%u(fixed) = state%u(fixed)
+            end associate
+        end do
         if (external%motion%is_driven()) call drive(self, external, dt, state, error)
     end subroutine guess
 
