@@ -68,7 +68,7 @@ def test_interrupted_often(gentbeam, commands, output):
         process = start(gentbeam, *restart)
         # After some stops it is left alone: a stop before another member is done brings it no further.
         if stops < MOST_STOPS:
-            time.sleep(0.05 + chance.uniform(0.1, 0.3) * duration)
+            time.sleep((0.05 + chance.uniform(0.1, 0.3) * duration) * 1.3**stops)
             process.send_signal(STOPS[stops % 3])
         _, said = process.communicate()
         assert process.returncode in (0, 4), said
@@ -92,8 +92,7 @@ def test_killed_and_gone_on_with(gentbeam):
     before = 0
     for restart in ([], ["--restart", "study.h5"]):
         process = start(gentbeam, *restart)
-        while process.poll() is None and count_members(gentbeam.path("study")) <= before:
-            time.sleep(0.01)
+        wait_for_members(process, gentbeam.path("study"), before)
         process.kill()
         process.communicate()
         before = count_members(gentbeam.path("study"))
@@ -101,6 +100,11 @@ def test_killed_and_gone_on_with(gentbeam):
     gentbeam("--restart", "study.chk.h5", "study.inp")
     assert f"  {before} of them were finished by an earlier run\n" in gentbeam.out
     same_file(gentbeam.path("whole"), gentbeam.path("study"))
+
+
+def wait_for_members(process, path, before=0):
+    while process.poll() is None and count_members(path) <= before:
+        time.sleep(0.01)
 
 
 def count_members(path):
@@ -112,14 +116,13 @@ def count_members(path):
 
 def test_another_name_leaves_the_old_file(gentbeam):
     (gentbeam.folder / "study.inp").write_text(deck(SCHEMES[0], OUTPUTS[0], members=2000))
-    process = start(gentbeam)
-    time.sleep(0.5)
+    wait_for_members(process, gentbeam.path("study"))
     process.terminate()
     process.communicate()
     assert process.returncode == 4
     old = gentbeam.path("study").read_bytes()
     process = start(gentbeam, "--restart", "study.chk.h5", "-o", "new")
-    time.sleep(0.5)
+    wait_for_members(process, gentbeam.path("new"), members_in(gentbeam.path("study"))[0])
     process.terminate()
     _, said = process.communicate()
     assert process.returncode == 4 and "--restart new.chk.h5" in said
@@ -154,8 +157,7 @@ def stopped(executable, tmp_path):
     (tmp_path / "rows.txt").write_text("E\n" + "".join(f"{11000 + i}\n" for i in range(2000)))
     (tmp_path / "study.inp").write_text(study('SWEEP file="rows.txt"', SCHEMES[3], OUTPUTS[0], elements=2))
     process = start(runner)
-    while count_members(runner.path("study")) == 0:
-        time.sleep(0.01)
+    wait_for_members(process, runner.path("study"))
     process.terminate()
     process.communicate()
     assert process.returncode == 4
