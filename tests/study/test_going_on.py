@@ -116,6 +116,7 @@ def count_members(path):
 
 def test_another_name_leaves_the_old_file(gentbeam):
     (gentbeam.folder / "study.inp").write_text(deck(SCHEMES[0], OUTPUTS[0], members=2000))
+    process = start(gentbeam)
     wait_for_members(process, gentbeam.path("study"))
     process.terminate()
     process.communicate()
