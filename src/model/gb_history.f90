@@ -30,7 +30,7 @@ module gb_history
 contains
 
     !> The factor at time t [-]. At a jump, `before` asks for the value just before it (what a step that ends
-    !> there sees); otherwise the value from then on. `defined` is false where a formula has no finite value.
+    !> there sees); otherwise the value from then on. `defined` is false where there is no finite value.
     pure subroutine evaluate(self, t, before, factor, defined)
         class(history_t), intent(in) :: self
         real(wp), intent(in) :: t           !! [T]
@@ -43,7 +43,7 @@ contains
         case (history_step)
             factor = merge(1.0_wp, 0.0_wp, has_started(self%start, t, before))
         case (history_ramp)
-            factor = min(1.0_wp, max(0.0_wp, (t - self%start)/self%rise))
+            factor = ramp(t - self%start, self%rise)
         case (history_pulse)
             factor = merge(1.0_wp, 0.0_wp, has_started(self%start, t, before) .and. &
                            .not. has_started(self%stop, t, before))
@@ -66,7 +66,7 @@ contains
         logical :: defined
 
         call self%evaluate(t, before, factor, defined)
-        if (.not. defined) call raise(error, status_solution, 'the formula of HISTORY ' // self%name // &
+        if (.not. defined) call raise(error, status_solution, 'HISTORY ' // self%name // &
             ' has no finite value at t = ' // to_text(t))
     end subroutine factor_at
 
@@ -80,6 +80,18 @@ contains
             has_started = t >= start
         end if
     end function has_started
+
+    !> From 0 to 1 within `rise`, which may be so short that the quotient overflows.
+    pure real(wp) function ramp(t, rise)
+        real(wp), intent(in) :: t, rise     !! [T]
+
+        ramp = 0.0_wp
+        if (t >= rise) then
+            ramp = 1.0_wp
+        else if (t > 0.0_wp) then
+            ramp = t/rise
+        end if
+    end function ramp
 
     !> Linear between the points, held outside.
     pure real(wp) function interpolate(t, f, at) result(value)

@@ -157,14 +157,17 @@ static bool is_news(void)
 /* Read the shared input as a deck. True where it led somewhere new. */
 static bool run_once(bool *accepted)
 {
+    /* Seconds of its own: others may keep the machine busy. Waiting for ever counts too, later. */
     struct itimerval limit = {.it_value = {.tv_sec = seconds_a_run}};
+    struct itimerval wait_limit = {.it_value = {.tv_sec = 20 * seconds_a_run}};
     clock_t start = clock();
     double seconds;
     int outcome;
 
     memset(met, 0, sizeof met);
     last_block = 0;
-    setitimer(ITIMER_REAL, &limit, NULL);
+    setitimer(ITIMER_PROF, &limit, NULL);
+    setitimer(ITIMER_REAL, &wait_limit, NULL);
     counting = true;
     outcome = fuzz_deck(shared->bytes, shared->count);
     counting = false;
@@ -488,6 +491,11 @@ static void child(size_t *seed, size_t n_seeds, uint64_t runs, const char *new_f
     _exit(0);
 }
 
+static bool is_slow(int status)
+{
+    return WIFSIGNALED(status) && (WTERMSIG(status) == SIGPROF || WTERMSIG(status) == SIGALRM);
+}
+
 int main(int count, char **arguments)
 {
     const char *new_folder = NULL, *found_folder = ".";
@@ -535,7 +543,7 @@ int main(int count, char **arguments)
             break;
         found++;
         printf("run %" PRIu64 ", %s %d\n", shared->runs, WIFSIGNALED(status) ? "signal" : "exit status", WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
-        write_input(found_folder, WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM ? "slow" : "crash", shared->runs, shared->bytes,
+        write_input(found_folder, is_slow(status) ? "slow" : "crash", shared->runs, shared->bytes,
                     shared->count);
     }
     printf("slowest: %.3f s\n", shared->slowest);
