@@ -194,9 +194,11 @@ contains
         do s = 1, self%slots%n_slots
             now = modulo(s, 2)
             if (s > self%slots%chunk) then
-                call condense_slot(self, s, stage, u, joined, room, pivot, r)
+                call condense_slot(self, s, stage, u, joined, room, pivot)
+                if (present(r)) call add_residual(self, s, joined, r)
             else
-                call condense_slot(self, s, stage, u, part(:, :, now), room, pivot, r)
+                call condense_slot(self, s, stage, u, part(:, :, now), room, pivot)
+                if (present(r)) call add_residual(self, s, part(:, :, now), r)
                 if (s == 1) then
                     joined = part(:, :, now)
                 else
@@ -215,14 +217,13 @@ contains
     end subroutine condense_and_eliminate
 
     !> The elements of a slot, their middle nodes eliminated.
-    subroutine condense_slot(self, slot, stage, u, part, room, pivot, r)
+    subroutine condense_slot(self, slot, stage, u, part, room, pivot)
         class(block_t), intent(inout) :: self
         integer, intent(in) :: slot
         type(stage_t), intent(in) :: stage
         real(wp), intent(in), contiguous :: u(:)
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: room(lanes), pivot(lanes)
-        real(wp), intent(inout), contiguous, optional :: r(:)
         real(wp), dimension(lanes, 3*n_fields) :: fields, v, a
         integer :: i, last, at
 
@@ -242,7 +243,6 @@ contains
             self%forces(:, i) = max(self%forces(:, i), abs(part(:, at_raw + i)), abs(part(:, at_raw &
                 + n_node + i)))
         end do
-        if (present(r)) call add_residual(self, slot, part, r)
     end subroutine condense_slot
 
     !> Velocities v of a slot's elements, where something depends on them, and accelerations a, to which the
