@@ -72,9 +72,11 @@ contains
                 if (allocated(history%f)) call add_to_digest(digest, history%f)
             end associate
         end do
-        do i = 1, merge(size(problem%sweep%factors), 0, allocated(problem%sweep%factors))
-            call add_to_digest(digest, pack(problem%sweep%factors(i)%values, .true.))
-        end do
+        if (allocated(problem%sweep%factors)) then
+            do i = 1, size(problem%sweep%factors)
+                call add_to_digest(digest, pack(problem%sweep%factors(i)%values, .true.))
+            end do
+        end if
         write (digits, '(z16.16)') digest
         origin%digest = digits
     end function origin_of

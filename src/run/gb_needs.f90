@@ -12,7 +12,7 @@ module gb_needs
     !> Bytes a node: a part of its own, and for every node of an element its place in the band of the
     !> equations. Some methods keep a general matrix beside the symmetric one; the explicit scheme and the
     !> block solver have no band.
-    integer(i8), parameter :: explicit_own = 1150_i8, block_own = 1500_i8
+    integer(i8), parameter :: explicit_own = 1200_i8, block_own = 1650_i8
     !> Beside the block solver: the mass at the start, where inertia is full, and the damping.
     integer(i8), parameter :: full_band = 650_i8, damping_band = 800_i8
     integer(i8), parameter :: symmetric_own = 1400_i8, symmetric_band = 650_i8

@@ -18,8 +18,8 @@ module gb_slots
 
     integer, parameter, public :: n_node = 2*n_fields   !! unknowns from one end node to the next
     integer, parameter :: both = min(2, lanes)          !! 1 with a single lane, which sees no mirror
-    integer :: lane
-    logical, parameter :: is_mirrored(lanes) = [(modulo(lane, 2) == 0, lane=1, lanes)]
+    !> Every other lane. (A loop in the constant would need a variable, which all threads would share.)
+    logical, parameter :: is_mirrored(lanes) = reshape([.false., .true.], [lanes], pad=[.false., .true.])
     integer, parameter :: stride(lanes) = merge(-n_fields, n_fields, is_mirrored)   !! from node to node
     !> Shorter chunks do not pay, nor longer ones: what they keep leaves the cache. With two lanes none does:
     !> each end of the beam has one.
