@@ -55,7 +55,7 @@ def test_mesh_within_the_limit(program):
     assert (status, said) == (0, "")
 
 
-@pytest.mark.parametrize("elements, gigabytes", [(1000000, "3.3 GB"), (400000, "1.3 GB"), (200000, "676 MB")])
+@pytest.mark.parametrize("elements, gigabytes", [(1000000, "3.6 GB"), (400000, "1.5 GB"), (200000, "736 MB")])
 def test_equations_larger_than_the_limit(program, elements, gigabytes):
     status, said = program.run(sized(elements), preexec_fn=limited(500))
     assert status == 1
