@@ -18,8 +18,8 @@ static void take_note(int number)
         caught = number;
 }
 
-/* From now on SIGTERM, SIGINT and SIGUSR1 are taken note of. System calls that they meet go on. */
-void gb_watch_signals(void)
+/* From now on a signal is taken note of. System calls that it meets go on. */
+static void watch(int number)
 {
     struct sigaction action;
 
@@ -27,25 +27,25 @@ void gb_watch_signals(void)
     action.sa_handler = take_note;
     action.sa_flags = SA_RESTART;
     sigemptyset(&action.sa_mask);
-    sigaction(SIGTERM, &action, NULL);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGUSR1, &action, NULL);
+    sigaction(number, &action, NULL);
+}
+
+void gb_watch_signals(void)
+{
+    watch(SIGTERM);
+    watch(SIGINT);
+    watch(SIGUSR1);
 }
 
 /* After so many seconds of wall time there will have been a signal. */
 void gb_stop_after(double seconds)
 {
     struct itimerval timer = {.it_value = {.tv_sec = (time_t)seconds}};
-    struct sigaction action;
 
     timer.it_value.tv_usec = (suseconds_t)(1e6 * (seconds - (double)timer.it_value.tv_sec));
     if (seconds <= 0)
         timer.it_value = (struct timeval){.tv_usec = 1};
-    memset(&action, 0, sizeof action);
-    action.sa_handler = take_note;
-    action.sa_flags = SA_RESTART;
-    sigemptyset(&action.sa_mask);
-    sigaction(SIGALRM, &action, NULL);
+    watch(SIGALRM);
     setitimer(ITIMER_REAL, &timer, NULL);
 }
 

@@ -2,30 +2,22 @@
 !> row. What is put in gathers in memory; `publish` makes all of it visible at once, so that who reads the
 !> file, also after a kill, finds what was there at one such moment and nothing in between.
 module gb_archive
-    use, intrinsic :: iso_c_binding, only: c_float, c_int8_t, c_int32_t, c_int64_t, c_loc, c_ptr
+    use, intrinsic :: iso_c_binding, only: c_int8_t, c_int32_t, c_int64_t, c_loc, c_ptr
     use gb_kinds, only: wp, i8
     use gb_checksum, only: add_to_checksum
     use gb_error, only: error_t, raise, status_file
+    use gb_series, only: series_t
     use gb_store, only: store_t, commit_again
     use gb_text, only: newline
     use gb_tree, only: tree_t, attribute_t, root, node_group, node_array, node_text, node_texts, node_link, &
         attribute_text, attribute_ascii, attribute_integer, attribute_real, attribute_pair, attribute_list, &
-        stored_real64, stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8, stored_bytes
+        stored_real64, stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8
     use gb_hdf5, only: start_hdf5, write_tree, write_kept_nodes, copy_kept_objects
     use gb_hdf5_input, only: hid_t, get_rows, count_rows
     implicit none
     private
 
     public :: root, stored_real64, stored_real32, stored_int32, stored_int64, stored_int8, stored_uint8
-
-    !> Rows of a series that are not in the file yet.
-    type :: series_t
-        integer :: node = 0
-        integer :: piece_rows = 1                   !! rows that the buffer holds
-        integer(i8) :: rows = 0                     !! all that were appended
-        integer(i8) :: settled = 0                  !! of them, those that are in the file
-        real(wp), allocatable :: buffer(:, :)       !! (numbers of a row, piece_rows)
-    end type series_t
 
     type, public :: archive_t
         private
@@ -67,12 +59,9 @@ module gb_archive
         !> A whole array with its unit and description, stored as `stored_...` says.
         generic :: put => put_reals, put_real_table, put_real_blocks, put_integers, put_integer_table
         procedure, private :: put_bytes
-        procedure, private :: settle
         procedure, private :: add_array
     end type archive_t
 
-    !> Numbers and rows of a piece of a series: bounds of what waits in memory.
-    integer, parameter :: piece_numbers = 32768, most_piece_rows = 2048
     !> Wall seconds between two moments at which all that is there is made visible: within a command or a
     !> study, and (also before the first of them) between commands. Where that takes long, it is done less
     !> often, to take this part of the time at most.
@@ -357,35 +346,20 @@ contains
         !> A row is so many records of that shape, one behind the other in the dimension that grows.
         integer, intent(in), optional :: records
         type(series_t), allocatable :: grown(:)
-        integer :: i, numbers
+        integer :: i
 
         call self%add_array(parent, name, row_shape, stored, unit, description, node)
         if (self%n_series == size(self%series)) then
             allocate (grown(2*self%n_series + 16))
             do i = 1, self%n_series
-                call move_series(self%series(i), grown(i))
+                call self%series(i)%move_to(grown(i))
             end do
             call move_alloc(grown, self%series)
         end if
         self%n_series = self%n_series + 1
         if (present(records)) self%tree%nodes(node)%records = records
-        numbers = product(row_shape)*self%tree%nodes(node)%records
-        associate (series => self%series(self%n_series))
-            series = series_t(node=node, piece_rows=max(1, min(most_piece_rows, piece_numbers/numbers)))
-            allocate (series%buffer(numbers, series%piece_rows))
-            self%tree%nodes(node)%piece_rows = series%piece_rows
-        end associate
+        call self%series(self%n_series)%begin(self%tree, node)
     end subroutine add_series
-
-    subroutine move_series(from, to)
-        type(series_t), intent(inout) :: from, to
-
-        to%node = from%node
-        to%piece_rows = from%piece_rows
-        to%rows = from%rows
-        to%settled = from%settled
-        call move_alloc(from%buffer, to%buffer)
-    end subroutine move_series
 
     !> Another row of a series.
     subroutine append(self, node, row, error)
@@ -393,14 +367,8 @@ contains
         integer, intent(in) :: node
         real(wp), intent(in) :: row(:)
         type(error_t), allocatable, intent(out) :: error
-        integer :: i
 
-        i = place_of(self, node)
-        associate (series => self%series(i))
-            series%buffer(:, int(modulo(series%rows, int(series%piece_rows, i8))) + 1) = row
-            series%rows = series%rows + 1
-            if (modulo(series%rows, int(series%piece_rows, i8)) == 0) call self%settle(i, .true., error)
-        end associate
+        call self%series(place_of(self, node))%add(row, self%tree, self%store, error)
     end subroutine append
 
     !> An empty array of texts that is to get a text a row, most of them empty.
@@ -512,69 +480,6 @@ contains
         end do
     end function place_of
 
-    !> Write a series' waiting rows into the file, where they are not seen yet. One that still grows gets room
-    !> for a whole piece.
-    subroutine settle(self, place, grows, error)
-        class(archive_t), intent(inout) :: self
-        integer, intent(in) :: place
-        logical, intent(in) :: grows
-        type(error_t), allocatable, intent(out) :: error
-        integer(i8) :: row_bytes, room, within
-        integer :: first, last
-
-        associate (series => self%series(place), node => self%tree%nodes(self%series(place)%node))
-            if (series%settled == series%rows) return
-            row_bytes = self%tree%row_bytes(series%node)
-            if (node%n_pieces*int(series%piece_rows, i8) == series%settled) then
-                room = series%piece_rows
-                if (node%n_pieces == 0 .and. .not. grows) room = series%rows
-                call self%tree%add_piece(series%node, self%store%allocate(room*row_bytes))
-            end if
-            within = series%settled - (node%n_pieces - 1)*int(series%piece_rows, i8)
-            first = int(within) + 1
-            last = int(within + series%rows - series%settled)
-            call write_rows(self%store, node%pieces(node%n_pieces) + within*row_bytes, node%stored, &
-                series%buffer(:, first:last), node%checksum, error)
-            if (allocated(error)) return
-            series%settled = series%rows
-        end associate
-    end subroutine settle
-
-    subroutine write_rows(store, address, stored, rows, checksum, error)
-        type(store_t), intent(inout) :: store
-        integer(i8), intent(in) :: address
-        integer, intent(in) :: stored
-        real(wp), intent(in), target, contiguous :: rows(:, :)
-        integer(i8), intent(inout) :: checksum          !! of all rows before, and then of these too
-        type(error_t), allocatable, intent(out) :: error
-        integer(c_int8_t), allocatable, target :: bytes(:, :)
-        integer(c_int32_t), allocatable, target :: words(:, :)
-        integer(c_int64_t), allocatable, target :: wide(:, :)
-        real(c_float), allocatable, target :: short(:, :)
-        type(c_ptr) :: from
-        integer(i8) :: count
-
-        select case (stored)
-        case (stored_real32)
-            short = real(rows, c_float)
-            from = c_loc(short)
-        case (stored_int8)
-            bytes = int(nint(rows), c_int8_t)
-            from = c_loc(bytes)
-        case (stored_int32)
-            words = nint(rows, c_int32_t)
-            from = c_loc(words)
-        case (stored_int64)
-            wide = nint(rows, c_int64_t)
-            from = c_loc(wide)
-        case default
-            from = c_loc(rows)
-        end select
-        count = stored_bytes(stored)*size(rows, kind=i8)
-        call store%write(address, from, count, error)
-        call add_to_checksum(checksum, from, count)
-    end subroutine write_rows
-
     !> The series below a group grow no more.
     subroutine finish(self, group, error)
         class(archive_t), intent(inout) :: self
@@ -585,12 +490,12 @@ contains
         kept = 0
         do i = 1, self%n_series
             if (self%tree%holds(group, self%series(i)%node)) then
-                call self%settle(i, .false., error)
+                call self%series(i)%settle(self%tree, self%store, .false., error)
                 if (allocated(error)) return
                 self%tree%nodes(self%series(i)%node)%rows = self%series(i)%rows
             else
                 kept = kept + 1
-                if (kept < i) call move_series(self%series(i), self%series(kept))
+                if (kept < i) call self%series(i)%move_to(self%series(kept))
             end if
         end do
         self%n_series = kept
@@ -658,7 +563,7 @@ contains
 
         start = wall_clock()
         do i = 1, self%n_series
-            call self%settle(i, .not. is_last, error)
+            call self%series(i)%settle(self%tree, self%store, .not. is_last, error)
             if (allocated(error)) return
             self%tree%nodes(self%series(i)%node)%rows = self%series(i)%rows
         end do

@@ -201,7 +201,7 @@ contains
 
         info = 0
         do i = 1, node%n_kept
-            if (.not. link_object(group, node%kept(i)%name, node%kept(i)%address)) info = -1
+            if (.not. link_object(group, node%kept(i)%text, node%kept(i)%number)) info = -1
         end do
     end subroutine link_kept
 
@@ -350,7 +350,7 @@ contains
         do while (first <= node%n_lines .and. info >= 0)
             last = first
             do while (last < node%n_lines)
-                if (chunk_of(node%lines(last + 1)%row) /= chunk_of(node%lines(first)%row)) exit
+                if (chunk_of(node%lines(last + 1)%number) /= chunk_of(node%lines(first)%number)) exit
                 last = last + 1
             end do
             call write_lines(dataset, space, node, first, last, kit, info)
@@ -385,7 +385,7 @@ contains
         do i = first, last
             starts(i - first + 1) = len(text) + 1
             text = text // node%lines(i)%text // c_null_char
-            rows(1, i - first + 1) = int(node%lines(i)%row, hsize_t)
+            rows(1, i - first + 1) = int(node%lines(i)%number, hsize_t)
         end do
         addresses = [(c_loc(text(starts(i):starts(i))), i=1, size(starts))]
         call h5sselect_elements_f(space, h5s_select_set_f, 1, size(starts, kind=size_t), rows, info)

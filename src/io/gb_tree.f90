@@ -28,17 +28,12 @@ module gb_tree
     integer, parameter, public :: node_group = 1, node_array = 2, node_text = 3, node_link = 4, &
         node_texts = 5
 
-    !> An object that lies in the file already, with all that is below it, and is only linked to.
-    type, public :: kept_t
-        character(:), allocatable :: name
-        integer(i8) :: address = 0
-    end type kept_t
-
-    !> A row of an array of texts that is not empty.
-    type, public :: line_t
-        integer(i8) :: row = 0                      !! from 1
+    !> A text with a number: a row of an array of texts that is not empty (from 1), or the name of an object
+    !> that lies in the file already, with all that is below it, and its address.
+    type, public :: entry_t
+        integer(i8) :: number = 0
         character(:), allocatable :: text
-    end type line_t
+    end type entry_t
 
     type, public :: node_t
         character(:), allocatable :: name
@@ -57,9 +52,9 @@ module gb_tree
         integer(i8), allocatable :: pieces(:)       !! addresses of the pieces in the file
         integer(i8) :: checksum = 0                 !! CRC-32 of the numbers in the file
         integer :: n_lines = 0
-        type(line_t), allocatable :: lines(:)       !! of an array of texts
+        type(entry_t), allocatable :: lines(:)      !! of an array of texts
         integer :: n_kept = 0
-        type(kept_t), allocatable :: kept(:)        !! members of a group besides the nodes
+        type(entry_t), allocatable :: kept(:)       !! members of a group besides the nodes
     end type node_t
 
     !> Nodes in the order of their making; a parent stands before its members.
@@ -169,24 +164,10 @@ contains
         class(tree_t), intent(inout) :: self
         integer, intent(in) :: node
         character(*), intent(in) :: text
-        type(line_t), allocatable :: grown(:)
-        integer :: i
 
         associate (array => self%nodes(node))
             array%rows = array%rows + 1
-            if (len(text) == 0) return
-            if (.not. allocated(array%lines)) allocate (array%lines(1))
-            if (array%n_lines == size(array%lines)) then
-                allocate (grown(2*array%n_lines))
-                do i = 1, array%n_lines
-                    grown(i)%row = array%lines(i)%row
-                    call move_alloc(array%lines(i)%text, grown(i)%text)
-                end do
-                call move_alloc(grown, array%lines)
-            end if
-            array%n_lines = array%n_lines + 1
-            array%lines(array%n_lines)%row = array%rows
-            array%lines(array%n_lines)%text = text
+            if (len(text) > 0) call add_entry(array%lines, array%n_lines, array%rows, text)
         end associate
     end subroutine add_line
 
@@ -196,24 +177,31 @@ contains
         integer, intent(in) :: group
         character(*), intent(in) :: name
         integer(i8), intent(in) :: address
-        type(kept_t), allocatable :: grown(:)
+
+        call add_entry(self%nodes(group)%kept, self%nodes(group)%n_kept, address, name)
+    end subroutine add_kept
+
+    pure subroutine add_entry(entries, n, number, text)
+        type(entry_t), allocatable, intent(inout) :: entries(:)
+        integer, intent(inout) :: n                 !! of them, those in use
+        integer(i8), intent(in) :: number
+        character(*), intent(in) :: text
+        type(entry_t), allocatable :: grown(:)
         integer :: i
 
-        associate (owner => self%nodes(group))
-            if (.not. allocated(owner%kept)) allocate (owner%kept(1))
-            if (owner%n_kept == size(owner%kept)) then
-                allocate (grown(2*owner%n_kept))
-                do i = 1, owner%n_kept
-                    grown(i)%address = owner%kept(i)%address
-                    call move_alloc(owner%kept(i)%name, grown(i)%name)
-                end do
-                call move_alloc(grown, owner%kept)
-            end if
-            owner%n_kept = owner%n_kept + 1
-            owner%kept(owner%n_kept)%name = name
-            owner%kept(owner%n_kept)%address = address
-        end associate
-    end subroutine add_kept
+        if (.not. allocated(entries)) allocate (entries(1))
+        if (n == size(entries)) then
+            allocate (grown(2*n))
+            do i = 1, n
+                grown(i)%number = entries(i)%number
+                call move_alloc(entries(i)%text, grown(i)%text)
+            end do
+            call move_alloc(grown, entries)
+        end if
+        n = n + 1
+        entries(n)%number = number
+        entries(n)%text = text
+    end subroutine add_entry
 
     !> Give a node an attribute, or the attribute another value.
     pure subroutine set_attribute(self, node, attribute)
