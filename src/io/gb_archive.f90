@@ -67,6 +67,7 @@ module gb_archive
     !> often, to take this part of the time at most.
     real(wp), parameter, public :: step_seconds = 2.0_wp, command_seconds = 0.1_wp
     real(wp), parameter :: largest_part = 0.05_wp
+    integer, parameter :: all_rows = -1
 
 contains
 
@@ -409,27 +410,25 @@ contains
         type(error_t), allocatable, intent(out) :: error
         integer, intent(in), optional :: counts(:)      !! (n_series)
         integer, intent(in), optional :: group
-        integer :: i
+        integer :: i, wanted
 
         do i = 1, self%n_series
             if (present(group)) then
                 if (.not. self%tree%holds(group, self%series(i)%node)) cycle
             end if
-            if (present(counts)) then
-                call replay_series(self, i, file, error, counts(i))
-            else
-                call replay_series(self, i, file, error)
-            end if
+            wanted = all_rows
+            if (present(counts)) wanted = counts(i)
+            call replay_series(self, i, file, wanted, error)
             if (allocated(error)) return
         end do
     end subroutine replay
 
-    subroutine replay_series(self, place, file, error, wanted)
+    subroutine replay_series(self, place, file, wanted, error)
         class(archive_t), intent(inout) :: self
         integer, intent(in) :: place
         integer(hid_t), intent(in) :: file
+        integer, intent(in) :: wanted                   !! rows, or all_rows
         type(error_t), allocatable, intent(out) :: error
-        integer, intent(in), optional :: wanted
         character(:), allocatable :: path
         real(wp), allocatable :: records(:, :)
         integer(i8) :: row, last, rows
@@ -445,7 +444,7 @@ contains
                 return
             end if
             last = last/a_row
-            if (present(wanted)) last = wanted
+            if (wanted /= all_rows) last = wanted
             row = 0
             do while (row < last)
                 rows = min(last - row, int(self%series(place)%piece_rows, i8))
