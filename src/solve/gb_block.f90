@@ -4,7 +4,8 @@
 !> system of five unknowns a joint of chunks and of elements left over, is eliminated from both ends of the
 !> beam towards its middle, two joints at a time (gb_blocks_pair).
 module gb_block
-    use gb_kinds, only: wp
+    use gb_kinds, only: wp, i8
+    use gb_stream, only: put_aside, beyond_caches
     use gb_fields, only: n_fields
     use gb_lanes, only: lanes, pair
     use gb_element_columns, only: n_kept, n_condensed, at_ll, at_rr, at_lr, at_l, at_r, at_raw
@@ -27,18 +28,22 @@ module gb_block
     type, extends(linearised_t), public :: block_t
         private
         type(slots_t) :: slots                              !! elements side by side
-        integer, allocatable :: joint(:, :)                 !! end nodes a step eliminates (2, steps + 1)
-        logical, allocatable :: meets_support(:)            !! whether a step does (steps + 1)
         real(wp), allocatable :: u_mass(:, :)               !! of the stage, side by side (lanes, 5 nodes)
         real(wp), allocatable :: u_damping(:, :)
         real(wp), allocatable :: u_start(:, :)
-        real(wp), allocatable :: f_external(:, :)
-        logical, allocatable :: is_held(:, :)               !! at end nodes (5, 0:elements)
-        logical, allocatable :: has_support(:)              !! any of them (0:elements)
-        real(wp), allocatable :: kept(:, :, :)              !! of middle nodes (lanes, n_kept, slots)
+        real(wp), allocatable :: f_external(:, :, :, :)     !! at outer ends, middles (lanes, 5, 2, slots)
+        integer, allocatable :: support(:)                  !! column of is_held (0:elements)
+        logical, allocatable :: is_held(:, :)               !! fields (5, 0:supports)
+        integer, allocatable :: joint(:, :)                 !! that of a step's nodes (2, steps + 1)
+        logical, allocatable :: meets_support(:)            !! whether a step does (steps + 1)
+        integer :: meeting = 0                              !! end node in which both ends of the beam meet
+        !> Whether what is kept of elements and joints leaves the caches before it is used; it is formed in
+        !> the arrays' places 0 then, and put aside.
+        logical :: is_put_aside = .false.
+        real(wp), allocatable :: kept(:, :, :)              !! of middle nodes (lanes, n_kept, 0:slots)
         real(wp), allocatable :: kept_between(:, :, :)      !! in chunks (lanes, n_kept_node, 2:chunk)
         real(wp), allocatable :: tie(:, :, :)               !! of these (lanes, n_block, 2:chunk)
-        real(wp), allocatable :: kept_joint(:, :, :)        !! (2, n_kept_node, steps + 1)
+        real(wp), allocatable :: kept_joint(:, :, :)        !! (2, n_kept_node, 0:steps + 1)
         real(wp) :: residuals(lanes, n_fields) = 0.0_wp     !! largest inside chunks and elements
         real(wp) :: end_residuals(pair, n_fields) = 0.0_wp  !! largest of a joint
         real(wp) :: forces(lanes, n_fields) = 0.0_wp        !! largest of an element on an end node
@@ -64,33 +69,54 @@ contains
     subroutine set_up(self, system)
         class(block_t), intent(inout) :: self
         type(system_t), intent(in) :: system
-        integer :: n, e, i, s, steps
+        integer :: i, s, steps
 
-        n = system%n_elements
         call self%slots%set_up(system)
         self%inertia%drag = system%rayleigh%mass
         self%inertia%is_full = self%slots%has_full_inertia
         self%is_exact = .not. self%slots%has_full_inertia
-        allocate (self%is_held(n_fields, 0:n), self%has_support(0:n))
-        do e = 0, n
-            self%is_held(:, e) = system%fixed(n_node*e + 1:n_node*e + n_fields)
-            self%has_support(e) = any(self%is_held(:, e))
-        end do
-        allocate (self%kept(lanes, n_kept, self%slots%n_slots))
+        call find_supports(self, system)
+        steps = sum([((self%slots%n_used(s) + 1)/2, s=max(1, self%slots%chunk), self%slots%n_slots)])
+        allocate (self%kept(lanes, n_kept, 0:self%slots%n_slots), self%kept_joint(pair, n_kept_node, 0:steps &
+            + 1))
+        self%is_put_aside = storage_size(1.0_wp)/8*(size(self%kept, kind=i8) + size(self%kept_joint, &
+            kind=i8)) > beyond_caches
+        allocate (self%f_external(lanes, n_fields, 2, self%slots%n_slots))
         i = n_fields*self%slots%n_nodes
-        allocate (self%u_mass(lanes, i), self%u_start(lanes, i), self%f_external(lanes, i))
+        allocate (self%u_mass(lanes, i), self%u_start(lanes, i))
         if (.not. needs_velocity(self)) i = 0
         allocate (self%u_damping(lanes, i))
         associate (chunk => self%slots%chunk)
             allocate (self%kept_between(lanes, n_kept_node, 2:chunk), self%tie(lanes, n_block, 2:chunk))
         end associate
-        steps = sum([((self%slots%n_used(s) + 1)/2, s=max(1, self%slots%chunk), self%slots%n_slots)])
-        allocate (self%kept_joint(pair, n_kept_node, steps + 1))
         self%kept_joint(:, :, steps + 1) = 0.0_wp
         call find_joints(self, steps)
     end subroutine set_up
 
-    !> Which end nodes are eliminated together, and at last the one in which both ends meet.
+    !> Which fields of which end nodes are held; most nodes have column 0, which holds none.
+    subroutine find_supports(self, system)
+        class(block_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        integer :: e, column
+
+        allocate (self%support(0:system%n_elements))
+        column = 0
+        do e = 0, system%n_elements
+            self%support(e) = 0
+            if (.not. any(system%fixed(n_node*e + 1:n_node*e + n_fields))) cycle
+            column = column + 1
+            self%support(e) = column
+        end do
+        allocate (self%is_held(n_fields, 0:column))
+        self%is_held(:, 0) = .false.
+        do e = 0, system%n_elements
+            column = self%support(e)
+            if (column > 0) self%is_held(:, column) = system%fixed(n_node*e + 1:n_node*e + n_fields)
+        end do
+    end subroutine find_supports
+
+    !> Which supports those end nodes have that are eliminated together, and at last the one in which both
+    !> ends of the beam meet.
     subroutine find_joints(self, steps)
         class(block_t), intent(inout) :: self
         integer, intent(in) :: steps
@@ -99,20 +125,20 @@ contains
         allocate (self%joint(pair, steps + 1), self%meets_support(steps + 1))
         associate (slots => self%slots)
             l = 2*((slots%n_used(slots%n_slots) + 1)/2) - 1
-            self%joint(:, steps + 1) = slots%element(l, slots%n_slots)
+            self%meeting = slots%element(l, slots%n_slots)
+            self%joint(:, steps + 1) = self%support(self%meeting)
             step = 0
             do s = 1, slots%n_slots
                 if (s > 1 .and. s <= slots%chunk) cycle
                 do l = 1, slots%n_used(s), pair
                     step = step + 1
-                    self%joint(1, step) = slots%outer(l, s)
-                    self%joint(2, step) = slots%outer(min(l + 1, lanes), s)
+                    self%joint(1, step) = self%support(slots%outer(l, s))
+                    self%joint(2, step) = self%support(slots%outer(min(l + 1, lanes), s))
                 end do
             end do
         end associate
         do step = 1, steps + 1
-            self%meets_support(step) = any(self%has_support(self%joint(:, step))) .or. &
-                any(self%has_support(self%joint(:, min(step + 1, steps + 1))))
+            self%meets_support(step) = any(self%joint(:, step:min(step + 1, steps + 1)) > 0)
         end do
     end subroutine find_joints
 
@@ -120,6 +146,8 @@ contains
     subroutine take_stage(self, stage)
         class(block_t), intent(inout) :: self
         type(stage_t), intent(in) :: stage
+        real(wp) :: fields(lanes, n_fields, 3)
+        integer :: s
 
         ! At rest a pivot that is not positive is a buckled state or a mechanism: LAPACK's matter. In motion
         ! it is a guess that is far off, which Newton's method leaves by itself; where it ends all must be.
@@ -132,7 +160,10 @@ contains
             if (needs_velocity(self)) call self%slots%gather_nodes(stage%u_damping, self%u_damping)
         end if
         if (stage%force_factor < 1.0_wp) call self%slots%gather_nodes(stage%u_start, self%u_start)
-        call self%slots%gather_nodes(stage%f_external, self%f_external)
+        do s = 1, self%slots%n_slots
+            call self%slots%gather(s, stage%f_external, fields)
+            self%f_external(:, :, :, s) = fields(:, :, :2)
+        end do
     end subroutine take_stage
 
     !> Whether velocities are asked for, in motion.
@@ -225,7 +256,7 @@ contains
         real(wp), intent(out) :: part(lanes, n_condensed)
         real(wp), intent(inout) :: room(lanes), pivot(lanes)
         real(wp), dimension(lanes, 3*n_fields) :: fields, v, a
-        integer :: i, last, at
+        integer :: i, last, at, to
 
         at = self%slots%place(slot)
         call self%slots%gather(slot, u, fields)
@@ -233,10 +264,12 @@ contains
         if (stage%mass_factor > 0.0_wp) call move(self, slot, stage, fields, v, a)
         if (stage%force_factor < 1.0_wp) fields = self%u_start(:, at + 1:last) &
             + stage%force_factor*(fields - self%u_start(:, at + 1:last))
+        to = merge(0, slot, self%is_put_aside)
         call condense_element(self%slots%pairs, self%slots%has_middle, self%slots%is_square, &
             self%slots%has_limit, self%slots%constants(:, :, self%slots%constants_of(slot)), &
-            self%inertia, fields, v, a, self%f_external(1, at + n_fields + 1), part, self%kept(:, :, slot), &
-            room, pivot)
+            self%inertia, fields, v, a, self%f_external(:, :, 2, slot), part, &
+            self%kept(:, :, to), room, pivot)
+        if (self%is_put_aside) call put_aside(self%kept(:, :, 0), self%kept(:, :, slot), lanes*n_kept)
         !GCC$ unroll 5
         do i = 1, n_fields
             self%residuals(:, i) = max(self%residuals(:, i), abs(part(:, at_raw + n_fields + i)))
@@ -273,14 +306,14 @@ contains
         real(wp), intent(inout) :: pivot(lanes)
         real(wp), dimension(lanes, n_fields) :: r, raw, inverse, free, next_free
         real(wp) :: k(lanes, n_triangle)
-        integer :: l, node(lanes)
+        integer :: l, support(lanes)
 
-        call join(before, part, self%f_external(1, self%slots%place(slot) + 1), k, r, raw)
+        call join(before, part, self%f_external(:, :, 1, slot), k, r, raw)
         do l = 1, lanes
-            node(l) = self%slots%outer(l, slot)
+            support(l) = self%support(self%slots%outer(l, slot))
         end do
-        if (any(self%has_support(node))) then
-            free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, node)))
+        if (any(support > 0)) then
+            free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, support)))
             next_free = 1.0_wp
             call hold_between(free, next_free, k, part(1, at_lr + 1), r, raw)
             call hold_tie(free, chunk(1, at_lr + 1))
@@ -334,10 +367,10 @@ contains
         real(wp) :: this_k(pair, n_triangle), c(pair, n_fields, n_fields)
         real(wp), dimension(pair, n_fields) :: this_rhs, this_raw, inverse, free, next_free
         real(wp) :: right_k(n_triangle), right_rhs(n_fields), right_raw(n_fields)
-        integer :: lane, at
+        integer :: lane, outermost, to
         logical :: is_alone
 
-        at = self%slots%place(merge(1, slot, slot == self%slots%chunk))
+        outermost = merge(1, slot, slot == self%slots%chunk)
         do lane = 1, self%slots%n_used(slot), pair
             step = step + 1
             is_alone = lane == self%slots%n_used(slot)
@@ -346,14 +379,17 @@ contains
                 right_rhs = rhs(2, :)
                 right_raw = raw(2, :)
             end if
-            call enter(part(lane, 1), self%f_external(lane, at + 1), k, rhs, raw, this_k, this_rhs, &
+            call enter(part(lane, 1), self%f_external(lane, 1, 1, outermost), k, rhs, raw, this_k, this_rhs, &
                 this_raw, c)
             if (self%meets_support(step)) then
                 free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, self%joint(:, step))))
                 next_free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, self%joint(:, step + 1))))
                 call hold(free, next_free, this_k, c, this_rhs, this_raw)
             end if
-            call eliminate_node(this_k, c, this_rhs, k, rhs, self%kept_joint(:, :, step), inverse, pivots)
+            to = merge(0, step, self%is_put_aside)
+            call eliminate_node(this_k, c, this_rhs, k, rhs, self%kept_joint(:, :, to), inverse, pivots)
+            if (self%is_put_aside) call put_aside(self%kept_joint(:, :, 0), self%kept_joint(:, :, step), &
+                pair*n_kept_node)
             if (is_alone) then
                 k(2, :) = right_k
                 rhs(2, :) = right_rhs
@@ -412,7 +448,7 @@ contains
             k(:, i) = k(1, i) + k(2, i)
         end do
         do i = 1, n_fields
-            associate (f => f_external(n_node*self%joint(1, last) + i))
+            associate (f => f_external(n_node*self%meeting + i))
                 rhs(:, i) = rhs(1, i) + rhs(2, i) - f
                 raw(:, i) = raw(1, i) + raw(2, i) - f
             end associate
@@ -440,7 +476,7 @@ contains
         step = size(self%meets_support)
         next = 0.0_wp
         call back_substitute(self%kept_joint(:, :, step), next, x)
-        middle = n_node*self%joint(1, step)
+        middle = n_node*self%meeting
         increment(middle + 1:middle + n_fields) = x(1, :)
         do s = self%slots%n_slots, max(1, self%slots%chunk), -1
             call solve_joints(self, s, x, step, du)

@@ -207,14 +207,12 @@ contains
             call externals(member)%factors_at(t, before, factors, error)
             if (.not. allocated(error)) then
                 if (.not. differ(factors, self%factors(:, member))) cycle
-                call externals(member)%force_at(t, before, force, error)
-            end if
-            if (allocated(error)) then
-                call give_up(self, member)
-                deallocate (error)
-            else
+                call externals(member)%forces(factors, force)
                 self%loads(member::lanes) = force
                 self%factors(:, member) = factors
+            else
+                call give_up(self, member)
+                deallocate (error)
             end if
         end do
     end subroutine gather_loads
@@ -299,10 +297,8 @@ contains
             self%trial%u, self%trial%v, self%trial%a)
         call add_work(self%n, self%f_start, self%f_end, self%state%u, self%trial%u, self%external)
         self%strain = strain
-        self%state%time = until
-        self%state%u = self%trial%u
-        self%state%v = self%trial%v
-        self%state%a = self%trial%a
+        self%trial%time = until
+        call self%state%exchange(self%trial)
         self%f_start = self%f_end
     end subroutine take_step
 

@@ -28,8 +28,9 @@ module gb_external
         type(motion_t) :: motion                    !! driven supports
     contains
         procedure :: static_forces
-        procedure :: force_at
         procedure :: factors_at
+        procedure :: forces
+        procedure :: work
         procedure :: events
     end type external_t
 
@@ -164,33 +165,8 @@ contains
         end do
     end subroutine static_forces
 
-    !> Nodal forces of a transient at time t; `before` asks for the values just before a jump.
-    pure subroutine force_at(self, t, before, force, error)
-        class(external_t), intent(in) :: self
-        real(wp), intent(in) :: t               !! [T]
-        logical, intent(in) :: before
-        real(wp), intent(out) :: force(:)
-        type(error_t), allocatable, intent(out) :: error
-        real(wp) :: factor
-        logical :: has_begun
-        integer :: i
-
-        has_begun = .false.
-        do i = 1, size(self%patterns)
-            if (self%patterns(i)%stage == stage_static) cycle
-            call self%histories(self%patterns(i)%history)%factor_at(t, before, factor, error)
-            if (allocated(error)) return
-            if (has_begun) then
-                force = force + factor*self%patterns(i)%force
-            else
-                force = factor*self%patterns(i)%force
-            end if
-            has_begun = .true.
-        end do
-        if (.not. has_begun) force = 0.0_wp
-    end subroutine force_at
-
-    !> The factors that force_at multiplies each pattern with; 0 for loads of statics.
+    !> What each pattern is multiplied with in a transient at time t, 0 for loads of statics; `before` asks
+    !> for the values just before a jump.
     pure subroutine factors_at(self, t, before, factors, error)
         class(external_t), intent(in) :: self
         real(wp), intent(in) :: t               !! [T]
@@ -206,6 +182,46 @@ contains
             if (allocated(error)) return
         end do
     end subroutine factors_at
+
+    !> Nodal forces, each pattern times its factor: weight * factors + (1 - weight) * others.
+    pure subroutine forces(self, factors, force, weight, others)
+        class(external_t), intent(in) :: self
+        real(wp), intent(in) :: factors(:)      !! one a pattern [-]
+        real(wp), intent(out) :: force(:)
+        real(wp), intent(in), optional :: weight, others(:)
+        real(wp) :: factor
+        logical :: has_begun
+        integer :: i
+
+        has_begun = .false.
+        do i = 1, size(self%patterns)
+            if (self%patterns(i)%stage == stage_static) cycle
+            factor = factors(i)
+            if (present(weight)) factor = weight*factor + (1.0_wp - weight)*others(i)
+            if (has_begun) then
+                force = force + factor*self%patterns(i)%force
+            else
+                force = factor*self%patterns(i)%force
+            end if
+            has_begun = .true.
+        end do
+        if (.not. has_begun) force = 0.0_wp
+    end subroutine forces
+
+    !> Work of the loads on the way from one state to another, each by the mean of its factors there [F L].
+    pure real(wp) function work(self, factors_from, factors_to, from, to)
+        class(external_t), intent(in) :: self
+        real(wp), intent(in) :: factors_from(:), factors_to(:)  !! one a pattern [-]
+        real(wp), intent(in), contiguous :: from(:), to(:)
+        integer :: i
+
+        work = 0.0_wp
+        do i = 1, size(self%patterns)
+            if (self%patterns(i)%stage == stage_static) cycle
+            work = work + 0.5_wp*(factors_from(i) + factors_to(i)) &
+                *dot_product(self%patterns(i)%force, to - from)
+        end do
+    end function work
 
     !> Instants in ]0, end[ at which a load or driven support jumps or has a corner, increasing, each once
     !> [T].

@@ -25,7 +25,7 @@ module gb_stepper
     !> What a committed step changes besides the state.
     type :: mark_t
         type(state_t) :: state
-        real(wp), allocatable :: f_start(:), reaction(:)
+        real(wp), allocatable :: factors_start(:), reaction(:)
         real(wp) :: external = 0.0_wp, dissipated = 0.0_wp, strain = 0.0_wp
     end type mark_t
 
@@ -37,8 +37,8 @@ module gb_stepper
         type(state_t) :: previous                   !! end of the previous stage of the step
         type(stage_t) :: stage
         real(wp) :: span = 0.0_wp  !! natural step: driven supports are differentiated on its scale [T]
-        real(wp), allocatable :: f_start(:)         !! external force at the committed state, after a jump (n)
-        real(wp), allocatable :: f_end(:)           !! external force at the proposed state, before a jump (n)
+        real(wp), allocatable :: factors_start(:)   !! of loads at the committed state, after a jump
+        real(wp), allocatable :: factors_end(:)     !! of loads at the proposed state, before a jump
         real(wp), allocatable :: lumped(:)          !! explicit scheme: diagonal mass (n)
         real(wp), allocatable :: reaction(:)        !! of the driven unknowns at the committed state
         real(wp) :: external = 0.0_wp               !! work of loads and driven supports so far [F L]
@@ -104,7 +104,7 @@ contains
         class(stepper_t), intent(inout) :: self
         type(memory_t), intent(inout) :: memory
 
-        call memory%pass('stepper.f_start', self%f_start)
+        call memory%pass('stepper.factors_start', self%factors_start)
         call memory%pass('stepper.reaction', self%reaction)
         call memory%pass('stepper.external', self%external)
         call memory%pass('stepper.dissipated', self%dissipated)
@@ -129,7 +129,8 @@ contains
                 /= solver_lapack)
         self%stage%needs_velocity = self%scheme%is_explicit .or. allocated(system%damping%a) .or. &
                                     any(system%has_full_inertia)
-        allocate (self%f_start(system%n), self%f_end(system%n), self%stage%f_external(system%n))
+        allocate (self%factors_start(size(external%patterns)), self%factors_end(size(external%patterns)))
+        allocate (self%stage%f_external(system%n))
         allocate (self%reaction(size(external%motion%unknown)))
         self%reaction = 0.0_wp
         if (self%scheme%is_explicit) self%lumped = system%lumped_mass()
@@ -155,15 +156,16 @@ contains
             if (admissible .and. state%time > 0.0_wp) self%external = self%external + after - before
             if (admissible) self%strain = after
         end if
-        call external%force_at(state%time, .false., self%f_start, error)
+        call external%factors_at(state%time, .false., self%factors_start, error)
         if (allocated(error)) return
-        call equilibrium_acceleration(self, system, external, self%f_start, state, admissible)
+        call equilibrium_acceleration(self, system, external, self%factors_start, state, admissible)
         if (.not. admissible) then
             call raise(error, status_solution, 'TRANSIENT: the state at t = ' // to_text(state%time) // &
                        ' is not admissible (J <= 0 or I1-2 >= jm somewhere): check INITIAL and PRESCRIBE')
             return
         end if
-        if (external%motion%is_driven()) call find_reaction(self, system, external, self%f_start, state)
+        if (external%motion%is_driven()) call find_reaction(self, system, external, self%factors_start, &
+            state)
     end subroutine restart
 
     !> Solve for the state at time `until`. The committed state is not touched.
@@ -182,13 +184,13 @@ contains
         do number = 1, self%scheme%stages
             call self%scheme%load_mix(number, fraction, weight)
             self%trial%time = merge(until, state%time + fraction*dt, fraction >= 1.0_wp)
-            call external%force_at(self%trial%time, .true., self%f_end, error)
+            call external%factors_at(self%trial%time, .true., self%factors_end, error)
             if (allocated(error)) return
             call self%scheme%set_stage(number, dt, state, self%previous, self%stage)
             if (self%scheme%is_explicit) then
                 call explicit_state(self, system, external, state, is_solved, error)
             else
-                self%stage%f_external = weight*self%f_end + (1.0_wp - weight)*self%f_start
+                call external%forces(self%factors_end, self%stage%f_external, weight, self%factors_start)
                 call solve_stage(self, system, external, fraction*dt, state, error)
                 if (allocated(error)) return
                 is_solved = self%report%outcome == newton_converged
@@ -270,7 +272,7 @@ contains
         if (external%motion%is_driven()) call external%motion%follow(self%trial%time, &
             self%trial%time - state%time, self%trial, error)
         if (allocated(error)) return
-        call equilibrium_acceleration(self, system, external, self%f_end, self%trial, is_solved)
+        call equilibrium_acceleration(self, system, external, self%factors_end, self%trial, is_solved)
         self%report = newton_report_t(outcome=newton_converged)
         if (.not. is_solved) then
             self%report%outcome = newton_inadmissible
@@ -322,7 +324,8 @@ contains
         type(error_t), allocatable, intent(out) :: error
         real(wp), allocatable :: drag(:)
 
-        self%external = self%external + 0.5_wp*dot_product(self%f_start + self%f_end, self%trial%u - state%u)
+        self%external = self%external + external%work(self%factors_start, self%factors_end, state%u, &
+            self%trial%u)
         if (allocated(system%damping%a)) then
             allocate (drag(system%n))
             call system%drag(0.5_wp*(state%v + self%trial%v), drag)
@@ -331,18 +334,16 @@ contains
         if (external%motion%is_driven()) call add_support_work(self, system, external, state)
         self%strain = self%trial_strain
         self%limit_age = self%limit_age + 1
-        state%time = self%trial%time
-        state%u = self%trial%u
-        state%v = self%trial%v
-        state%a = self%trial%a
+        call state%exchange(self%trial)
         if (at_event) then
-            call external%force_at(state%time, .false., self%f_start, error)
+            call external%factors_at(state%time, .false., self%factors_start, error)
             if (allocated(error)) return
-            if (external%motion%is_driven() .or. any(abs(self%f_start - self%f_end) > 0.0_wp)) then
+            if (external%motion%is_driven() .or. &
+                any(abs(self%factors_start - self%factors_end) > 0.0_wp)) then
                 call restart(self, system, external, state, error)
             end if
         else
-            self%f_start = self%f_end
+            self%factors_start = self%factors_end
         end if
     end subroutine commit
 
@@ -359,7 +360,7 @@ contains
             mean = mean_reaction(self, system, external, state)
         else
             before = self%reaction
-            call find_reaction(self, system, external, self%f_end, self%trial)
+            call find_reaction(self, system, external, self%factors_end, self%trial)
             mean = 0.5_wp*(before + self%reaction)
         end if
         associate (i => external%motion%unknown)
@@ -417,7 +418,7 @@ contains
         type(state_t), intent(in) :: state
 
         self%mark%state = state
-        self%mark%f_start = self%f_start
+        self%mark%factors_start = self%factors_start
         self%mark%reaction = self%reaction
         self%mark%external = self%external
         self%mark%dissipated = self%dissipated
@@ -430,7 +431,7 @@ contains
         type(state_t), intent(inout) :: state
 
         state = self%mark%state
-        self%f_start = self%mark%f_start
+        self%factors_start = self%mark%factors_start
         self%reaction = self%mark%reaction
         self%external = self%mark%external
         self%dissipated = self%mark%dissipated
@@ -439,62 +440,64 @@ contains
 
     !> state%a from M a = f - f_int(u) - C v - (inertia force at a = 0); held fields keep their acceleration
     !> (that of the drive, or none), fields without inertia have none.
-    subroutine equilibrium_acceleration(self, system, external, force, state, admissible)
+    subroutine equilibrium_acceleration(self, system, external, factors, state, admissible)
         class(stepper_t), intent(in) :: self
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
-        real(wp), intent(in) :: force(:)
+        real(wp), intent(in) :: factors(:)          !! of loads
         type(state_t), intent(inout) :: state
         logical, intent(out) :: admissible
         type(band_t) :: mass
-        real(wp), allocatable :: r(:), drag(:), held(:)
+        real(wp), allocatable :: r(:), part(:), held(:)
         logical, allocatable :: without(:)
         integer :: i, singular
 
-        allocate (r(system%n), drag(system%n), held(system%n))
+        allocate (r(system%n), part(system%n), held(system%n))
         call system%internal_force(state%u, r, admissible)
         if (.not. admissible) return
+        call external%forces(factors, part)
+        r = r - part
         if (allocated(system%damping%a)) then
-            call system%drag(state%v, drag)
-            r = r + drag
+            call system%drag(state%v, part)
+            r = r + part
         end if
         held = 0.0_wp
         held(external%motion%unknown) = state%a(external%motion%unknown)
         without = system%fixed
         if (system%has_massless) without = without .or. system%massless
         if (self%scheme%is_explicit) then
-            state%a = merge(held, (force - r)/merge(1.0_wp, self%lumped, without), without)
+            state%a = merge(held, (-r)/merge(1.0_wp, self%lumped, without), without)
             return
         end if
         if (any(system%has_full_inertia)) then
             call mass%set_up(system%n, system%kd, symmetric=.true.)
             call system%add_inertia(state%u, state%v, held, [0.0_wp, 0.0_wp, 1.0_wp], r, mass)
             call mass%constrain(pack([(i, i=1, system%n)], without))
-            state%a = merge(0.0_wp, force - r, without)
+            state%a = merge(0.0_wp, -r, without)
             call mass%factorise(singular)
             call mass%solve(1, state%a)
         else
             if (external%motion%is_driven()) then
-                call system%mass%multiply(held, drag)
-                r = r + drag
+                call system%mass%multiply(held, part)
+                r = r + part
             end if
-            call system%mass%solve(without, force - r, state%a)
+            call system%mass%solve(without, -r, state%a)
         end if
         state%a = merge(held, state%a, without)
     end subroutine equilibrium_acceleration
 
     !> What the drives push with: f_int + inertia + C v - f at the driven unknowns.
-    subroutine find_reaction(self, system, external, force, state)
+    subroutine find_reaction(self, system, external, factors, state)
         class(stepper_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
-        real(wp), intent(in) :: force(:)
+        real(wp), intent(in) :: factors(:)          !! of loads
         type(state_t), intent(in) :: state
         type(band_t) :: mass
-        real(wp), allocatable :: r(:), drag(:)
+        real(wp), allocatable :: r(:), part(:)
         logical :: admissible
 
-        allocate (r(system%n), drag(system%n))
+        allocate (r(system%n), part(system%n))
         call system%internal_force(state%u, r, admissible)
         if (self%scheme%is_explicit) then
             r = r + self%lumped*state%a
@@ -502,14 +505,15 @@ contains
             call mass%set_up(system%n, system%kd, symmetric=.true.)
             call system%add_inertia(state%u, state%v, state%a, [0.0_wp, 0.0_wp, 1.0_wp], r, mass)
         else
-            call system%mass%multiply(state%a, drag)
-            r = r + drag
+            call system%mass%multiply(state%a, part)
+            r = r + part
         end if
         if (allocated(system%damping%a)) then
-            call system%drag(state%v, drag)
-            r = r + drag
+            call system%drag(state%v, part)
+            r = r + part
         end if
-        self%reaction = r(external%motion%unknown) - force(external%motion%unknown)
+        call external%forces(factors, part)
+        self%reaction = r(external%motion%unknown) - part(external%motion%unknown)
     end subroutine find_reaction
 
     !> Kinetic energy of a state, with the mass that the scheme works with [F L].

@@ -316,9 +316,9 @@ def reseal(path):
 def test_a_piece_that_is_missing_is_told(interrupted):
     path = interrupted.folder / "deck.chk.h5"
     with h5py.File(path, "r+") as file:
-        del file["memory/stepper.f_start"]
+        del file["memory/stepper.factors_start"]
     reseal(path)
-    assert "does not fit this model: 'stepper.f_start' is missing" in refused_late(interrupted)
+    assert "does not fit this model: 'stepper.factors_start' is missing" in refused_late(interrupted)
 
 
 def refused_late(gentbeam):
