@@ -181,6 +181,8 @@ contains
         integer :: number
 
         dt = until - state%time
+        call find_rest(self, system, external, state, until, is_solved, error)
+        if (allocated(error) .or. is_solved) return
         do number = 1, self%scheme%stages
             call self%scheme%load_mix(number, fraction, weight)
             self%trial%time = merge(until, state%time + fraction*dt, fraction >= 1.0_wp)
@@ -210,6 +212,41 @@ contains
             self%report%rejected = self%trial%u
         end if
     end subroutine propose
+
+    !> A beam in equilibrium at rest whose loads stay as they are stays there: the same state is proposed,
+    !> without an equation. Fields without inertia have no acceleration that would tell that they balance.
+    subroutine find_rest(self, system, external, state, until, is_at_rest, error)
+        class(stepper_t), intent(inout) :: self
+        type(system_t), intent(in) :: system
+        type(external_t), intent(in) :: external
+        type(state_t), intent(in) :: state
+        real(wp), intent(in) :: until               !! [T]
+        logical, intent(out) :: is_at_rest
+        type(error_t), allocatable, intent(out) :: error
+        real(wp) :: fraction, weight
+        integer :: i, number
+
+        is_at_rest = .false.
+        if (system%has_massless .or. external%motion%is_driven()) return
+        do i = 1, system%n
+            if (abs(state%v(i)) > 0.0_wp .or. abs(state%a(i)) > 0.0_wp) return
+        end do
+        do number = 1, self%scheme%stages
+            call self%scheme%load_mix(number, fraction, weight)
+            call external%factors_at(merge(until, state%time + fraction*(until - state%time), &
+                fraction >= 1.0_wp), .true., self%factors_end, error)
+            if (allocated(error)) return
+            if (any(abs(self%factors_end - self%factors_start) > 0.0_wp)) return
+        end do
+        is_at_rest = .true.
+        self%trial%time = until
+        self%trial%u = state%u
+        self%trial%v = 0.0_wp
+        self%trial%a = 0.0_wp
+        self%trial_strain = self%strain
+        self%report = newton_report_t(outcome=newton_converged)
+        allocate (self%report%increments(0))
+    end subroutine find_rest
 
     !> Solve a stage by the block solver where it is in use, and by LAPACK's where it is not or fails.
     subroutine solve_stage(self, system, external, step, state, error)

@@ -205,7 +205,8 @@ contains
         end do
     end subroutine strain_energy
 
-    !> Internal force of the state u, conjugate to it.
+    !> Internal force of the state u, conjugate to it; exactly none where the beam is undeformed, so that
+    !> rounding does not set it in motion.
     pure subroutine internal_force(self, u, force, admissible)
         class(system_t), intent(in) :: self
         real(wp), intent(in) :: u(self%n)
@@ -215,9 +216,11 @@ contains
         integer :: e, m
 
         force = 0.0_wp
+        admissible = .true.
         do e = 1, self%n_elements
             associate (t => self%tables(self%table(e)), first => self%first(e), half => self%half_length(e))
                 m = n_fields*t%nodes
+                if (all(abs(u(first + 1:first + m)) <= 0.0_wp)) cycle
                 call element_force(t%nodes, t%points, t%n, t%d*(1.0_wp/half), t%w*half, &
                     self%sections(self%kind(e)), u(first + 1:first + m), f, admissible)
                 if (.not. admissible) return

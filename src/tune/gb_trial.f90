@@ -37,7 +37,7 @@ module gb_trial
         type(channel_t), allocatable :: channels(:)
         type(sensor_t), allocatable :: values(:), rates(:)  !! of the channels
         logical, allocatable :: has_rate(:)         !! accelerations have none
-        integer :: iterations = 0                   !! of all commands
+        real(wp) :: iterations = 0.0_wp             !! of all commands; steps at rest count too
         type(log_t) :: log                          !! for its progress bar
         integer :: steps = 0                        !! of the commands that are tuned
         real(wp) :: start_energy = 0.0_wp, largest_energy = 0.0_wp, largest_drift = 0.0_wp  !! [F L]
@@ -56,6 +56,8 @@ module gb_trial
     real(wp), parameter :: point_work = 0.03_wp
     !> What full inertia multiplies it by.
     real(wp), parameter :: full_block = 1.3_wp, full_banded = 1.7_wp
+    !> A step at rest, for which nothing is solved: what is recorded of it, in iterations.
+    real(wp), parameter :: step_at_rest = 0.2_wp
     !> A step that must be halved more often is too long to tell anything.
     integer, parameter :: most_cuts = 3
     !> An energy balance that is off by this part of the largest energy: the scheme has lost its footing.
@@ -124,7 +126,7 @@ contains
         call follower%log%clear_bar()
         call cpu_time(finish)
         trial%cpu_seconds = finish - start
-        trial%work = work_of_iteration(setting, has_block)*real(follower%iterations, wp)
+        trial%work = work_of_iteration(setting, has_block)*follower%iterations
         trial%steps = follower%steps
         call move_alloc(follower%channels, trial%channels)
         do i = 1, size(trial%channels)
@@ -209,8 +211,7 @@ contains
 
         call self%check_stop(error)
         if (allocated(error)) return
-        ! A step at rest takes no iteration, and costs as much as one.
-        if (step%number > 0) self%iterations = self%iterations + max(1, step%iterations)
+        if (step%number > 0) self%iterations = self%iterations + max(step_at_rest, real(step%iterations, wp))
         if (step%number > 0 .and. any(self%channels%task == self%task)) self%steps = self%steps + 1
         call self%log%show_bar(step%progress)
         energy = step%kinetic + step%strain - step%external + step%dissipated
