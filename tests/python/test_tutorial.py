@@ -43,29 +43,20 @@ def missing_lines(wanted, said):
 def test_tutorial(tmp_path):
     blocks = BLOCK.findall((ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8"))
     assert len(blocks) > 25
-    said, compared, has_sweep = "", 0, True
+    said, compared = "", 0
     for kind, name, text in blocks:
         if kind == "deck":
             (tmp_path / name).write_text(text)
         elif kind == "output":
-            if said is None:
-                continue
             assert missing_lines(text, said) == [], f"{text}\nnot in\n{said}"
             compared += 1
         else:
             done = run(kind, text, tmp_path)
-            if "SWEEP is not available yet" in done.stderr:
-                has_sweep = False
             said = done.stdout
-            if not has_sweep and ("sweep.inp" in text or "sweep.h5" in text):
-                said = None
-                continue
             assert done.returncode == 0, f"{text}\n{done.stderr}"
     assert compared >= 9
     for picture in ("tip.png", "swing.gif", "swing.html"):
         assert (tmp_path / picture).stat().st_size > 1000
-    if not has_sweep:
-        pytest.skip("this program has no SWEEP; all before it is as the page says")
 
 
 def faq_sections():
