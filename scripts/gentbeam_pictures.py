@@ -83,6 +83,35 @@ def axis_label(quantity, unit):
     return f"{quantity} ({escape(unit)})" if unit else quantity
 
 
+def draw_error_bar(axis, history, colour, only_end):
+    """The estimated error of a history, where it has one: of its end, or as a band along it."""
+    if history.error_bar is None:
+        return
+    if only_end:
+        axis.errorbar(
+            history.time[-1:],
+            history.values[-1:],
+            history.error_bar,
+            color=colour,
+            capsize=2.5,
+            linewidth=0.8,
+            clip_on=False,
+        )
+    else:
+        low, high = history.values - history.error_bar, history.values + history.error_bar
+        axis.fill_between(history.time, low, high, color=colour, alpha=0.25, linewidth=0.0)
+
+
+def error_bar_words(histories):
+    """What the bars or bands of some histories of one kind mean; nothing where there are none."""
+    bars = [history for history in histories if history.error_bar is not None]
+    if not bars:
+        return ""
+    if len(histories) > 1:
+        return "bands and bars: estimated errors"
+    return escape(f"estimated error: {bars[0].error_bar:.2g} {bars[0].unit}".rstrip())
+
+
 def add_picture_options(parser, size_help):
     parser.add_argument("-o", "--output", metavar="FILE", help="the picture; its ending chooses the format")
     parser.add_argument("--format", choices=FORMATS, help="the format where -o does not say (default: png)")

@@ -181,6 +181,18 @@ class History:
     time_unit: str
     unit: str
     field: str  # u1, u3, v3, ... or empty where the file does not say
+    error_bar: Optional[float] = None  # estimated, of the course's mean square or, in statics, its end
+
+
+@dataclass
+class Tuning:
+    """What `auto` tried and chose."""
+
+    accuracy: float
+    estimate: float
+    parts: dict[str, float]  # of the estimate, by source
+    choice: str
+    rungs: list[dict]  # one a trial; `change` is 0 where it is compared with none
 
 
 @dataclass
@@ -296,6 +308,37 @@ class Results:
         return Mesh(x, elements, fixed.astype(bool), thickness, unit)
 
 
+    def error_bar(self, group, probe):
+        """Estimated error of a probe of an `auto` command, in its unit; None for others."""
+        bar = self._file.get(f"tuning/error_bars/{group}.{probe}")
+        return None if bar is None else float(bar[0])
+
+    @reads_file
+    def tuning(self):
+        """What `auto` did; None where the deck has none."""
+        if "tuning" not in self._file:
+            return None
+        item = self._file["tuning"]
+        numbers = {name: value for name, value in item.attrs.items() if name != "text_checksum"}
+        choice = (
+            f"{numbers['elements']} elements of {numbers['nodes']} nodes, {numbers['points']} points through "
+            f"the thickness, inertia {text(numbers['inertia'])}, {text(numbers['scheme'])}, "
+            f"{numbers['steps']} steps"
+        )
+        parts = {
+            name.removeprefix("error_"): float(value)
+            for name, value in numbers.items()
+            if name.startswith("error_")
+        }
+        columns = {name: item["rungs"][name][()] for name in item["rungs"] if name != "source"}
+        sources = text(item["rungs/source"][()]).split()
+        rungs = [
+            {"source": source, **{name: values[row].item() for name, values in columns.items()}}
+            for row, source in enumerate(sources)
+        ]
+        return Tuning(float(numbers["accuracy"]), float(numbers["estimate"]), parts, choice, rungs)
+
+
 class Group:
     """One solution: a static, modal or transient group of the file."""
 
@@ -347,6 +390,7 @@ class Group:
             unit_of(times, self.progress_unit),
             unit_of(values),
             probed_field(values),
+            self.results.error_bar(self.name, by_name[probe.lower()]),
         )
 
     def has(self, name):

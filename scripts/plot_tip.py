@@ -25,6 +25,8 @@ from gentbeam_pictures import (
     UNLIMITED_JM,
     add_picture_options,
     axis_label,
+    draw_error_bar,
+    error_bar_words,
     escape,
     picture_path,
     plt,
@@ -102,6 +104,8 @@ def collect_series(results, args):
             history = group.history(probe)
             divisor, divisor_name = find_divisor(result, args.normalise, history.unit)
             history.values = history.values / divisor
+            if history.error_bar is not None:
+                history.error_bar /= abs(divisor)
             found.append(Series(result, group, probe, history, divisor_name, "", ""))
     if args.labels:
         if len(args.labels) != len(found):
@@ -234,6 +238,8 @@ def draw(series, title=None, size=None):
                 markersize=3,
                 clip_on=False,
             )
+            draw_error_bar(axis, line.history, colour, line.group.kind == "static")
+        note_error_bars(axis, lines)
         axis.set_ylabel(quantity_label(lines))
         axis.margins(x=0.0 if any(len(line.history.time) > 1 for line in lines) else 0.05)
         axis.axhline(0.0, color="0.6", linewidth=0.4, zorder=0)
@@ -242,13 +248,22 @@ def draw(series, title=None, size=None):
     axes[-1].xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))
     axes[-1].set_xlabel(axis_label(first.group.progress_name, first.history.time_unit))
     if title:
-        axes[0].set_title(escape(title))
+        # Above the words about error bars.
+        axes[0].set_title(escape(title), pad=plt.rcParams["axes.titlepad"] + 8)
     figure.align_ylabels(axes)
     for axis, lines in zip(axes, panels.values()):
         # The axis already names the probe of a line that is alone.
         if len(lines) > 1 or lines[0].plain != lines[0].probe:
             label_lines(figure, axis, [(line.label, line.history, styles[id(line)][0]) for line in lines])
     return figure
+
+
+def note_error_bars(axis, lines):
+    words = error_bar_words([line.history for line in lines])
+    if words and lines[0].divisor:
+        words = "bands and bars: estimated errors"
+    size = 0.9 * plt.rcParams["xtick.labelsize"]
+    axis.set_title(words, loc="right", fontsize=size, color="0.35", pad=2)
 
 
 def quantity_label(lines):

@@ -80,10 +80,20 @@ def table(rows, header=None, numbers_from=None):
     return "\n".join([*lines, "</table>"])
 
 
+def finding(rung):
+    """What a trial of `auto` changed, and against which other one."""
+    if rung["failed"]:
+        return "failed", rung["source"]
+    if not rung["compared_with"]:
+        return "", rung["source"]
+    return f"{rung['change']:.3g}", f"{rung['source']}, from {rung['compared_with']}"
+
+
 class Page:
     def __init__(self, results):
         self.results = results
         self.mesh = results.mesh()
+        self.tuned = results.tuning()
         self.scene = pictures.read_scene(results.deck_attribute("scene"))
 
     def html(self):
@@ -92,6 +102,8 @@ class Page:
         if not groups:
             raise ResultsError(f"{self.results.path}: holds no solution")
         body = [self.head(title), self.navigation(groups), self.model()]
+        if self.tuned:
+            body.append(self.tuning())
         body += [self.solution(group) for group in groups]
         body += [
             '<h2 id="deck">Deck</h2>',
@@ -124,7 +136,10 @@ class Page:
         return "\n".join([*lines, table(facts)])
 
     def navigation(self, groups):
-        names = [("model", "Model")] + [(pictures.plain(group.name), group.name) for group in groups]
+        names = [("model", "Model")]
+        if self.tuned:
+            names.append(("tuning", "Choice"))
+        names += [(pictures.plain(group.name), group.name) for group in groups]
         links = [f'<a href="#{place}">{html.escape(name)}</a>' for place, name in [*names, ("deck", "Deck")]]
         return "<nav>" + "".join(links) + "</nav>"
 
@@ -143,6 +158,29 @@ class Page:
         facts += [("load", load.words) for load in self.scene]
         sketch = picture(pictures.scene(mesh, self.scene), "the beam at rest with its supports and loads")
         return "\n".join(['<h2 id="model">Model</h2>', sketch, table(facts)])
+
+    def tuning(self):
+        tuned = self.tuned
+        facts = [
+            ("chosen", tuned.choice),
+            ("asked for", f"{tuned.accuracy:.2g}"),
+            ("estimated error", f"{tuned.estimate:.2g}"),
+            *((f"of the {name}", f"{value:.2g}") for name, value in tuned.parts.items()),
+        ]
+        names = ("elements", "nodes", "points", "steps")
+        inertias = {1: "diagonal", 2: "translational", 3: "full"}
+        rows = [
+            (number, *(rung[name] for name in names), inertias.get(rung["inertia"], ""), *finding(rung))
+            for number, rung in enumerate(tuned.rungs, start=1)
+        ]
+        return "\n".join(
+            [
+                '<h2 id="tuning">Choice of the model</h2>',
+                table(facts),
+                picture(pictures.tuning(tuned), "parts of the estimated error, and changes between trials"),
+                table(rows, ("trial", *names, "inertia", "change", "source")),
+            ]
+        )
 
     def solution(self, group):
         words = f"{group.kind}, {group.scheme}" if group.scheme else group.kind
@@ -184,10 +222,15 @@ class Page:
                     f"{history.values[low]:.6g}",
                     f"{history.time[low]:.5g}",
                     f"{history.values[-1]:.6g}",
+                    "" if history.error_bar is None else f"{history.error_bar:.2g}",
                 )
             )
-        header = ("probe", "largest", "at", "smallest", "at", "last")
-        drawn = picture(pictures.probes(histories, progress), "histories of the probes")
+        header = ("probe", "largest", "at", "smallest", "at", "last", "error bar")
+        if all(history.error_bar is None for history in histories.values()):
+            header, rows = header[:-1], [row[:-1] for row in rows]
+        drawn = picture(
+            pictures.probes(histories, progress, group.kind == "static"), "histories of the probes"
+        )
         left_out = len(group.probes) - len(names)
         note = [f"<p>{left_out} more probes are in the file.</p>"] if left_out else []
         return ["<h3>Probes</h3>", drawn, table(rows, header, 1), *note]

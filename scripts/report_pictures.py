@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.ticker import MaxNLocator
 
-from gentbeam_pictures import COLOURS, DASHES, MILLIMETRES, axis_label, escape, plt
+from gentbeam_pictures import COLOURS, DASHES, MILLIMETRES, axis_label, draw_error_bar, escape, plt
 from gentbeam_strip import build_strip, places, strains
 from plot_shapes import draw_support, support_size
 
@@ -140,8 +140,8 @@ def draw_load(axis, load, mesh, half, reach):
         axis.text(*place, f"{name} = {value:g}", color=colour, fontsize=7, ha="center", va="center", zorder=6)
 
 
-def probes(histories, progress):
-    """One panel a probe, at most three side by side."""
+def probes(histories, progress, only_end):
+    """One panel a probe, at most three side by side; estimated errors are those of the end, or all along."""
     columns = min(3, len(histories))
     rows = -(-len(histories) // columns)
     figure, axes = plt.subplots(
@@ -153,12 +153,46 @@ def probes(histories, progress):
     )
     for axis, (name, history) in zip(axes.flat, histories.items()):
         axis.plot(history.time, history.values, color=COLOURS[2])
+        draw_error_bar(axis, history, COLOURS[2], only_end)
         axis.axhline(0.0, color="0.6", linewidth=0.4, zorder=0)
         axis.set_title(escape(name))
         axis.set_ylabel(axis_label(escape(history.field or name), history.unit))
         axis.set_xlabel(progress)
     for axis in axes.flat[len(histories) :]:
         axis.set_visible(False)
+    return figure
+
+
+def tuning(tuned):
+    """The parts of the estimated error and the accuracy asked for; how the changes of the trials fell."""
+    figure, (left, right) = new_figure(52.0, 2)
+    parts = {"together": tuned.estimate, **tuned.parts}
+    names = list(parts)[::-1]
+    left.barh(
+        names,
+        [parts[name] for name in names],
+        color=[COLOURS[2] if name == "together" else COLOURS[5] for name in names],
+        height=0.6,
+    )
+    left.axvline(tuned.accuracy, color=COLOURS[1], linewidth=0.8)
+    left.set_xscale("log")
+    left.set_xlim(right=3.0 * max(tuned.accuracy, *parts.values()))
+    left.set_xlabel("estimated error (line: asked for)")
+    for number, source in enumerate(("mesh", "time")):
+        rungs = [rung for rung in tuned.rungs if rung["source"] == source and rung["change"] > 0.0]
+        sizes = [rung["elements" if source == "mesh" else "steps"] for rung in rungs]
+        right.loglog(
+            sizes,
+            [rung["change"] for rung in rungs],
+            color=COLOURS[2 + number],
+            marker="os"[number],
+            markersize=3,
+            label={"mesh": "mesh: elements", "time": "time: steps"}[source],
+        )
+    right.axhline(tuned.accuracy, color=COLOURS[1], linewidth=0.8)
+    right.set_xlabel("elements or steps of a trial")
+    right.set_ylabel("change of the probes")
+    right.legend(frameon=False, fontsize=7)
     return figure
 
 

@@ -72,6 +72,7 @@ class Builder:
         clamped=True,
         curvature=0.12,
         xi=0.0,
+        error_bars=(),
         text=str,
     ):
         file.attrs.update(
@@ -120,6 +121,8 @@ class Builder:
         for probe in probes:
             field, unit, values = known[probe]
             dataset(recorded, probe, values, unit, f"{field} at x = {LENGTH:g}")
+        for probe, error in dict(error_bars).items():
+            file.create_dataset(f"tuning/error_bars/{group}.{probe}", data=[error, 0.01])
 
 
 @pytest.fixture

@@ -190,6 +190,26 @@ def test_page_says_what_the_file_says(page, results):
         assert f"{file.group('modal').array('frequency')[0]:.7g}" in text
 
 
+def test_page_tells_what_auto_chose(tmp_path):
+    commands = "STATIC steps=3 load=0.2\nMODAL count=4\nTRANSIENT bathe step=2e-4"
+    deck = DECK.replace(commands, "TRANSIENT auto accuracy=5e-2 probe=right")
+    command = [os.environ["GENTBEAM"], "-q", "-o", "beam"]
+    subprocess.run(command, input=deck, cwd=tmp_path, text=True, check=True)
+    script("report.py", tmp_path / "beam.h5", "-o", tmp_path / "beam.html")
+    text = (tmp_path / "beam.html").read_text(encoding="utf-8")
+    parsed = Parsed(text)
+    assert parsed.open == [] and "tuning" in parsed.ids and "#tuning" in parsed.links
+    with gentbeam_results.open_results(str(tmp_path / "beam.h5")) as file:
+        tuned = file.tuning()
+        assert f"<td>{tuned.choice}</td>" in text and f"<td>{tuned.estimate:.2g}</td>" in text
+        steps = len(file.group("transient").history("left").time) - 1
+        assert tuned.choice.endswith(f"newmark, {steps} steps")
+        assert 0.0 < tuned.estimate < tuned.accuracy == 5e-2 and len(tuned.parts) == 4
+        assert text.count(", from ") == sum(rung["compared_with"] > 0 for rung in tuned.rungs) > 2
+        assert file.group("transient").history("left").error_bar is None
+        assert f"{file.group('transient').history('right').error_bar:.2g}</td></tr>" in text
+
+
 def test_page_in_a_browser(page, tmp_path):
     """Every picture is drawn, and the page is not blank where they stand."""
     browser = os.environ.get("GENTBEAM_BROWSER") or shutil.which("chromium")

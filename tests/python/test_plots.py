@@ -506,6 +506,29 @@ def test_a_single_row_is_drawn_as_a_point(tip, builder):
     assert [line.get_marker() for line in figure.axes[0].lines if len(line.get_xdata()) == 1] == ["o"]
 
 
+def test_error_bars_are_a_band_along_a_motion(tip, builder):
+    path = builder.write(error_bars={"tip": 0.2})
+    figure = tip.draws(path, "--normalise", "-2", "--probe", "tip", "--probe", "slope")
+    (band,) = figure.axes[0].collections
+    curve = curves(figure)[0]
+    corners = band.get_paths()[0].vertices
+    for time, value in zip(curve.get_xdata(), curve.get_ydata()):
+        heights = corners[np.isclose(corners[:, 0], time), 1]
+        assert heights.min() == pytest.approx(value - 0.1) and heights.max() == pytest.approx(value + 0.1)
+    assert figure.axes[0].get_title(loc="right") == "bands and bars: estimated errors"
+    assert not figure.axes[1].collections and figure.axes[1].get_title(loc="right") == ""
+
+
+def test_error_bar_of_statics_is_that_of_its_end(tip, builder):
+    path = builder.write(group="static", kind="static", end=1.0, error_bars={"tip": 0.2})
+    figure = tip.draws(path)
+    (bar,) = figure.axes[0].containers
+    _, _, (stems,) = bar
+    end = curves(figure)[0].get_ydata()[-1]
+    assert np.allclose(stems.get_segments(), [[[1.0, end - 0.2], [1.0, end + 0.2]]])
+    assert figure.axes[0].get_title(loc="right") == "estimated error: 0.2 in"
+
+
 # ---- plot_shapes
 
 
