@@ -145,6 +145,8 @@ setup_test_tools() {
         quietly "$venv/bin/python" -m pip --disable-pip-version-check install -r "$test_requirements"
         sha256sum <"$test_requirements" >"$venv/stamp-test"
     fi
+    GENTBEAM_BROWSER=$(find_browser)
+    export GENTBEAM_BROWSER
 }
 
 find_browser() {
@@ -194,4 +196,10 @@ build() {
     (cd "$root" && quietly cmake --preset "$1" -DPython3_EXECUTABLE="$venv/bin/python")
     stage "build (preset $1)"
     (cd "$root" && cmake --build --preset "$@")
+}
+
+# Some tests run scenes that fail in a program that traps floating-point errors too.
+build_debug_program() {
+    build debug --target gentbeam
+    export GENTBEAM_DEBUG="$root/build/debug/gentbeam"
 }
