@@ -6,6 +6,7 @@ GENTBEAM names the executable. meddler.c stands between it and the system; it is
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import h5py
@@ -13,7 +14,10 @@ import numpy as np
 import pytest
 
 HERE = Path(__file__).resolve().parent
-SECONDS = 120
+sys.path.insert(0, str(HERE.parent / "support"))
+from sanitized import is_sanitized  # noqa: E402
+
+SECONDS = 120 * int(os.environ.get("GENTBEAM_PATIENCE", "1"))
 
 DECK = """\
 GENTBEAM     Faults
@@ -81,12 +85,6 @@ def meddler(tmp_path_factory):
         return {**os.environ, "LD_PRELOAD": ":".join(libraries), **names}
 
     return environment
-
-
-def is_sanitized():
-    """Whether the program is built with the address sanitizer."""
-    path = os.environ.get("GENTBEAM", "")
-    return os.path.isfile(path) and b"__asan_init" in Path(path).read_bytes()
 
 
 class Program:

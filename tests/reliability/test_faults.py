@@ -13,6 +13,7 @@ from collections import Counter
 import h5py
 import pytest
 from conftest import check_study, check_whole, deck, study_deck
+from sanitized import is_sanitized
 
 COMMANDS = """STATIC steps=3 load=0.4 name=bend
 TRANSIENT newmark step=1e-5 end=1.2e-2 name=swing
@@ -57,7 +58,8 @@ def fail_each_call(program, references, meddler, error, once, tick, text=None, c
     status, said = program.run(text, env={**environment, "MEDDLER_FAIL": str(calls)})
     assert status == 3 and os.strerror(error) in said
     print(calls, kinds)
-    assert kinds["none"] >= 5 and kinds["failed" if once else "running"] >= 20
+    # With a sanitizer a study has fewer editions.
+    assert kinds["none"] >= 5 and kinds["failed" if once else "running"] >= (5 if is_sanitized() else 20)
 
 
 @pytest.mark.parametrize("error, once", [(errno.ENOSPC, 0), (errno.EIO, 1)])

@@ -11,8 +11,9 @@ import pytest
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
+sys.path.insert(0, str(HERE.parent / "support"))
 ROOT = HERE.parents[1]
-SECONDS = 300
+SECONDS = 300 * int(os.environ.get("GENTBEAM_PATIENCE", "1"))
 
 
 class Runner:

@@ -7,6 +7,7 @@ import time
 import h5py
 import numpy as np
 import pytest
+from conftest import SECONDS
 from studies import differences
 
 SCENES = {
@@ -232,7 +233,7 @@ def test_stopped_while_it_chooses(gentbeam):
                 break
         time.sleep(0.3)
         run.send_signal(signal.SIGTERM)
-        _, words = run.communicate(timeout=60)
+        _, words = run.communicate(timeout=SECONDS)
     assert run.returncode == 4 and "SIGTERM: stopped while choosing a model" in words
     assert not (gentbeam.folder / "beam.h5").exists()
 

@@ -7,6 +7,7 @@ import sys
 import h5py
 import numpy as np
 import pytest
+from sanitized import not_sanitized
 from studies import CROSSED, SHORT, differences, far_apart, same_file, study
 
 ALL = SHORT + "\nSTATIC steps=2\nMODAL count=2\nTRANSIENT bathe accuracy=1e-2 end=2e-3"
@@ -217,6 +218,7 @@ def peak_memory(gentbeam, count):
     return int(said) / 1024
 
 
+@not_sanitized
 def test_memory_does_not_grow_with_the_members(gentbeam):
     few, more = peak_memory(gentbeam, 2000), peak_memory(gentbeam, 10000)
     assert more < 200
@@ -224,6 +226,7 @@ def test_memory_does_not_grow_with_the_members(gentbeam):
     assert more - few < 1.4
 
 
+@not_sanitized
 def test_two_threads_do_not_stand_in_each_others_way(gentbeam):
     """What keeps two threads from halving the time: work that only one of them does, and waiting. The
     processor time of all threads together must not grow, and a thread must hardly ever sleep."""

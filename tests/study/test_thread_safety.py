@@ -13,8 +13,8 @@ import pytest
 
 # What solves members; the deck's reader runs one thread at a time.
 ROOMS = ("model", "element", "solve", "study")
-# Tables of the compiler and of OpenMP itself; nothing of ours writes to them.
-HARMLESS = re.compile(r"___vtab_|___def_init_|^jumptable\.|^\.gomp_critical_user_")
+# Tables of the compiler, of OpenMP and of the sanitizers themselves; nothing of ours writes to them.
+HARMLESS = re.compile(r"___vtab_|___def_init_|^jumptable\.|^\.gomp_critical_user_|^__odr_asan\.")
 SYMBOL = re.compile(r"^[0-9a-f]* ([bBdDC]) (\S+)$")
 
 
