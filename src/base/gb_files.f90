@@ -48,6 +48,18 @@ module gb_files
             integer(c_int) :: answer
         end function c_is_same_file
 
+        function c_is_same_place(first, second) bind(c, name="gb_is_same_place") result(answer)
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: first(*), second(*)
+            integer(c_int) :: answer
+        end function c_is_same_place
+
+        function c_is_free_or_hdf5(path) bind(c, name="gb_is_free_or_hdf5") result(answer)
+            import :: c_char, c_int
+            character(kind=c_char), intent(in) :: path(*)
+            integer(c_int) :: answer
+        end function c_is_free_or_hdf5
+
         function c_begin_rehearsal(seconds) bind(c, name="gb_begin_rehearsal") result(process)
             import :: c_int
             integer(c_int), value, intent(in) :: seconds
@@ -82,8 +94,8 @@ module gb_files
     end interface add_to_digest
 
     public :: begin_rehearsal, end_rehearsal, rehearsal_went_well
-    public :: leaves_folder, is_same_file, add_to_digest, seal_file, check_seal, replace_file, &
-        remove_file, is_file
+    public :: leaves_folder, is_same_file, is_same_place, is_free_or_hdf5, add_to_digest, seal_file, &
+        check_seal, replace_file, remove_file, is_file
 
     !> Where a digest starts.
     integer(c_int64_t), parameter, public :: empty_digest = -3750763034362895579_c_int64_t
@@ -164,6 +176,20 @@ contains
 
         is_same_file = c_is_same_file(first // c_null_char, second // c_null_char) /= 0
     end function is_same_file
+
+    !> The same for names of files that need not be there yet.
+    logical function is_same_place(first, second)
+        character(*), intent(in) :: first, second
+
+        is_same_place = c_is_same_place(first // c_null_char, second // c_null_char) /= 0
+    end function is_same_place
+
+    !> Whether a name is free, or that of an empty file or one that HDF5 wrote.
+    logical function is_free_or_hdf5(path)
+        character(*), intent(in) :: path
+
+        is_free_or_hdf5 = c_is_free_or_hdf5(path // c_null_char) /= 0
+    end function is_free_or_hdf5
 
     !> Whether a path leads out of the folder that the program runs in.
     pure logical function leaves_folder(path)

@@ -142,6 +142,44 @@ int gb_is_same_file(const char *first, const char *second)
     return stat(first, &a) == 0 && stat(second, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
 }
 
+/* Whether a checkpoint may take that name: nothing is there, or an empty file or one that HDF5 wrote; not a deck or a
+   table. */
+int gb_is_free_or_hdf5(const char *path)
+{
+    static const char signature[8] = {'\211', 'H', 'D', 'F', '\r', '\n', '\032', '\n'};
+    char found[sizeof signature];
+    struct stat status;
+    ssize_t count;
+    int file;
+
+    if (stat(path, &status) != 0)
+        return 1;
+    if (!S_ISREG(status.st_mode))
+        return 0;
+    file = open(path, O_RDONLY | O_CLOEXEC);
+    if (file < 0)
+        return 1;
+    count = read(file, found, sizeof found);
+    close(file);
+    return count == 0 || (count == sizeof found && memcmp(found, signature, sizeof found) == 0);
+}
+
+/* Whether two paths are names of one file, which may be there or not: they lead to one, or are the same name in one
+   folder. */
+int gb_is_same_place(const char *first, const char *second)
+{
+    const char *first_name = strrchr(first, '/'), *second_name = strrchr(second, '/');
+    char *first_copy = strdup(first), *second_copy = strdup(second);
+    int answer = gb_is_same_file(first, second);
+
+    if (!answer && first_copy && second_copy)
+        answer = strcmp(first_name ? first_name + 1 : first, second_name ? second_name + 1 : second) == 0
+                 && gb_is_same_file(dirname(first_copy), dirname(second_copy));
+    free(first_copy);
+    free(second_copy);
+    return answer;
+}
+
 /* A copy of this process that tries out what may crash, or never end: 0 in the copy, its number in the original, -1
    where there is none. */
 int gb_begin_rehearsal(int seconds)

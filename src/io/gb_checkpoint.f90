@@ -14,7 +14,7 @@ module gb_checkpoint
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_file, status_input
     use gb_files, only: seal_file, check_seal, replace_file, remove_file, add_to_digest, &
-        empty_digest
+        empty_digest, is_same_place, is_free_or_hdf5
     use gb_memory, only: memory_t, item_t
     use gb_problem, only: problem_t
     use gb_text, only: to_text, newline
@@ -50,7 +50,7 @@ module gb_checkpoint
         type(memory_t) :: memory
     end type checkpoint_t
 
-    public :: origin_of, write_checkpoint, read_checkpoint
+    public :: origin_of, check_places, write_checkpoint, read_checkpoint
 
 contains
 
@@ -80,6 +80,29 @@ contains
         write (digits, '(z16.16)') digest
         origin%digest = digits
     end function origin_of
+
+    !> A checkpoint must not take the name of the results, nor that of a file which cannot be an older one:
+    !> the deck itself, say.
+    subroutine check_places(problem, results, error)
+        type(problem_t), intent(in) :: problem
+        character(*), intent(in) :: results         !! path of the results file
+        type(error_t), allocatable, intent(out) :: error
+        integer :: i
+
+        do i = 1, size(problem%tasks)
+            if (.not. allocated(problem%tasks(i)%safeguard%file)) cycle
+            associate (file => problem%tasks(i)%safeguard%file)
+                if (is_same_place(file, results) .or. is_same_place(file, results // '.part')) then
+                    call raise(error, status_input, 'CHECKPOINT file=: ' // file // ' is the results file, ' &
+                               // 'give checkpoints another name')
+                else if (.not. is_free_or_hdf5(file)) then
+                    call raise(error, status_input, 'CHECKPOINT file=: ' // file // ' is there, and is no ' &
+                               // 'checkpoint: give checkpoints another name')
+                end if
+            end associate
+            if (allocated(error)) return
+        end do
+    end subroutine check_places
 
     !> Write the checkpoint aside, and put it in the place of the last one when it is whole. Where that fails,
     !> the last one stays.

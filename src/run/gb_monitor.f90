@@ -1,7 +1,7 @@
 !> Watches a solution: what a method tells goes to the results file, the log and the progress bar.
 module gb_monitor
     use gb_kinds, only: wp, pi
-    use gb_error, only: error_t, raise, status_input, status_file, status_interrupted
+    use gb_error, only: error_t, raise, status_file, status_interrupted
     use gb_memory, only: memory_t
     use gb_text, only: to_text
     use gb_member, only: extremes_t
@@ -12,8 +12,8 @@ module gb_monitor
     use gb_recorder, only: recorder_t, step_record_t
     use gb_sensor, only: sensor_t, place_sensor
     use gb_log, only: log_t, log_normal, log_verbose
-    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, read_checkpoint, write_checkpoint
-    use gb_files, only: is_same_file
+    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, check_places, read_checkpoint, &
+        write_checkpoint
     use gb_results, only: results_t
     use gb_tuning, only: tuning_t
     use gb_watch, only: watch_t
@@ -69,7 +69,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         call describe(self, problem, log_level)
-        call check_places(problem, error)
+        call check_places(problem, problem%output%file // '.h5', error)
         if (.not. allocated(error)) call self%results%open(problem, gauge, error)
         if (.not. allocated(error)) call self%log%line('  results: ' // self%results%path)
     end subroutine open_monitor
@@ -112,7 +112,7 @@ contains
         end if
         if (allocated(error)) return
         self%task = problem%tasks(self%number)
-        call check_places(problem, error)
+        call check_places(problem, problem%output%file // '.h5', error)
         if (allocated(error)) return
         call self%results%resume(problem, gauge, self%origin, checkpoint, path, self%number, &
             self%is_inside, error)
@@ -128,27 +128,6 @@ contains
         end if
         call self%log%start_bar()
     end subroutine resume_monitor
-
-    !> A checkpoint that took the name of the results file would end the run's results.
-    subroutine check_places(problem, error)
-        type(problem_t), intent(in) :: problem
-        type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable :: results
-        logical :: is_results
-        integer :: i
-
-        results = problem%output%file // '.h5'
-        do i = 1, size(problem%tasks)
-            if (.not. allocated(problem%tasks(i)%safeguard%file)) cycle
-            associate (file => problem%tasks(i)%safeguard%file)
-                is_results = is_same_file(file, results)
-                if (.not. is_results .and. file /= results) cycle
-            end associate
-            call raise(error, status_input, 'CHECKPOINT file=: ' // results // ' is the results file, ' &
-                       // 'give checkpoints another name')
-            return
-        end do
-    end subroutine check_places
 
     !> What the log and the results file remember of the commands so far.
     subroutine pass_memory(self, memory)

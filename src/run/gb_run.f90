@@ -116,6 +116,8 @@ contains
         if (len(options%output) == 0) call tell_other_folder(problem, log)
         if (options%check_only) then
             call draw_model(problem%model, log)
+            if (log%has_failed) call raise(error, status_file, &
+                'what was found could not be written to standard output')
             return
         end if
         if (share%members == 0) then

@@ -12,7 +12,7 @@ module gb_ensemble
     use gb_state, only: state_t
     use gb_recorder, only: recorder_t, step_record_t
     use gb_system, only: system_t
-    use gb_external, only: external_t
+    use gb_external, only: external_t, events_t
     use gb_slots, only: has_square_power, has_chain_limit
     use gb_scheme, only: scheme_t
     use gb_schemes, only: make_scheme
@@ -65,7 +65,7 @@ contains
         type(system_t), intent(in) :: system, other_system
         type(external_t), intent(in) :: external, other_external
         type(task_t), intent(in) :: task, other_task
-        real(wp), allocatable :: events(:), other_events(:)
+        type(events_t) :: events, other_events
 
         are_alike = .false.
         if (system%n_elements /= other_system%n_elements) return
@@ -81,10 +81,11 @@ contains
         if (differ([task%end_time, task%step, task%beta, task%gamma, task%alpha, task%rho, task%tolerance], &
             [other_task%end_time, other_task%step, other_task%beta, other_task%gamma, other_task%alpha, &
             other_task%rho, other_task%tolerance])) return
-        events = external%events(task%end_time)
-        other_events = other_external%events(task%end_time)
-        if (size(events) /= size(other_events)) return
-        are_alike = .not. differ(events, other_events)
+        events = external%events(task%end_time, task%step)
+        other_events = other_external%events(task%end_time, task%step)
+        if (size(events%first) /= size(other_events%first)) return
+        are_alike = .not. differ([events%first, events%last, events%start, events%end_time], &
+            [other_events%first, other_events%last, other_events%start, other_events%end_time])
     end function are_alike
 
     pure logical function differ(a, b)
@@ -105,22 +106,22 @@ contains
         logical, intent(inout) :: is_running(:)
         type(ensemble_t) :: ensemble
         type(step_record_t) :: step
-        real(wp), allocatable :: events(:)
-        real(wp) :: from, target
+        type(events_t) :: events
+        real(wp) :: from, target, after
         integer :: grid, member
         logical :: at_event
 
         call set_up(ensemble, systems, externals, task, states, is_running)
-        call restart(ensemble, systems, externals)
+        events = externals(1)%events(task%end_time, task%step)
+        call restart(ensemble, systems, externals, events%start)
         call ensemble%newton%chain%strain_energy(ensemble%state%u, ensemble%strain, ensemble%kinetic)
         call report(ensemble, task, 0.0_wp, step, recorders)
-        events = externals(1)%events(task%end_time)
         grid = 0
-        do while (ensemble%state%time < task%end_time .and. any(ensemble%is_running))
+        do while (ensemble%state%time < events%end_time .and. any(ensemble%is_running))
             from = ensemble%state%time
-            call next_instant(task, events, from, grid, target, step%on_grid, at_event)
+            call next_instant(task, events, from, grid, target, after, step%on_grid, at_event)
             call take_step(ensemble, systems, externals, target)
-            if (at_event) call pass_event(ensemble, systems, externals)
+            if (at_event) call pass_event(ensemble, systems, externals, after)
             step%number = step%number + 1
             call report(ensemble, task, target - from, step, recorders)
         end do
@@ -218,13 +219,14 @@ contains
     end subroutine gather_loads
 
     !> At time 0: loads have their values from then on, and accelerations follow.
-    subroutine restart(self, systems, externals)
+    subroutine restart(self, systems, externals, start)
         class(ensemble_t), intent(inout) :: self
         type(system_t), intent(in) :: systems(:)
         type(external_t), intent(in) :: externals(:)
+        real(wp), intent(in) :: start           !! from when on all that happens at time 0 has happened [T]
         integer :: member
 
-        call gather_loads(self, externals, self%state%time, .false.)
+        call gather_loads(self, externals, start, .false.)
         self%f_start = self%loads
         do member = 1, self%members
             if (self%is_running(member)) call balance(self, systems(member), member)
@@ -232,13 +234,14 @@ contains
     end subroutine restart
 
     !> The same after a jump or a corner, for members whose loads do jump.
-    subroutine pass_event(self, systems, externals)
+    subroutine pass_event(self, systems, externals, after)
         class(ensemble_t), intent(inout) :: self
         type(system_t), intent(in) :: systems(:)
         type(external_t), intent(in) :: externals(:)
+        real(wp), intent(in) :: after           !! from when on all of the event has happened [T]
         integer :: member
 
-        call gather_loads(self, externals, self%state%time, .false.)
+        call gather_loads(self, externals, after, .false.)
         self%f_start = self%loads
         do member = 1, self%members
             if (.not. self%is_running(member)) cycle

@@ -34,6 +34,18 @@ module gb_external
         procedure :: events
     end type external_t
 
+    !> When loads or driven supports jump or have a corner in a transient: instants that only rounding tells
+    !> apart are one.
+    type, public :: events_t
+        real(wp), allocatable :: first(:)           !! of each event, increasing, in ]0, end_time[ [T] ...
+        real(wp), allocatable :: last(:)            !! ... and from when on all of it has happened
+        real(wp) :: start = 0.0_wp                  !! the same of events at time 0 [T]
+        real(wp) :: end_time = 0.0_wp               !! where the last step ends: on an event that is there [T]
+    end type events_t
+
+    !> Two instants closer than this part of themselves are one.
+    real(wp), parameter, public :: same_instant = 1.0e-9_wp
+
     public :: build_external
 
 contains
@@ -223,25 +235,46 @@ contains
         end do
     end function work
 
-    !> Instants in ]0, end[ at which a load or driven support jumps or has a corner, increasing, each once
-    !> [T].
-    pure function events(self, end_time) result(times)
+    !> All events up to end_time. Those within a small part of the step count as at time 0.
+    pure function events(self, end_time, step)
         class(external_t), intent(in) :: self
-        real(wp), intent(in) :: end_time
+        real(wp), intent(in) :: end_time            !! [T]
+        real(wp), intent(in) :: step                !! fixed, or the first one [T]
+        type(events_t) :: events
         real(wp), allocatable :: times(:)
-        real(wp), allocatable :: all_times(:)
-        integer :: i
+        integer :: i, n
 
-        allocate (all_times(0))
+        allocate (times(0))
         do i = 1, size(self%patterns)
             if (self%patterns(i)%stage == stage_static) cycle
-            all_times = [all_times, self%histories(self%patterns(i)%history)%events()]
+            times = [times, self%histories(self%patterns(i)%history)%events()]
         end do
         do i = 1, size(self%motion%unknown)
-            all_times = [all_times, self%histories(self%motion%history(i))%events()]
+            times = [times, self%histories(self%motion%history(i))%events()]
         end do
-        all_times = sorted(pack(all_times, all_times > 0.0_wp .and. all_times < end_time))
-        times = pack(all_times, [(i == 1 .or. all_times(i) > all_times(max(1, i - 1)), i=1, size(all_times))])
+        times = sorted(pack(times, times > 0.0_wp .and. times < end_time))
+        allocate (events%first(size(times)), events%last(size(times)))
+        events%end_time = end_time
+        n = 0
+        do i = 1, size(times)
+            if (times(i) <= same_instant*step) then
+                events%start = times(i)
+            else if (times(i) >= end_time*(1.0_wp - same_instant)) then
+                events%end_time = times(i)
+                exit
+            else
+                if (n == 0) then
+                    n = 1
+                    events%first(n) = times(i)
+                else if (times(i) > events%first(n)*(1.0_wp + same_instant)) then
+                    n = n + 1
+                    events%first(n) = times(i)
+                end if
+                events%last(n) = times(i)
+            end if
+        end do
+        events%first = events%first(:n)
+        events%last = events%last(:n)
     end function events
 
 end module gb_external

@@ -27,6 +27,7 @@ module gb_stepper
         type(state_t) :: state
         real(wp), allocatable :: factors_start(:), reaction(:)
         real(wp) :: external = 0.0_wp, dissipated = 0.0_wp, strain = 0.0_wp
+        logical :: is_at_rest = .false.
     end type mark_t
 
     type, public :: stepper_t
@@ -46,6 +47,8 @@ module gb_stepper
         type(mark_t) :: mark                        !! where `go_back` returns to
         real(wp) :: strain = 0.0_wp                 !! strain energy of the committed state [F L]
         real(wp) :: trial_strain = 0.0_wp           !! and of the proposed one [F L]
+        logical :: is_at_rest = .false.             !! whether the committed state is known to balance its
+        logical :: trial_is_at_rest = .false.       !! loads without motion, and whether the proposed one is
         real(wp) :: limit = huge(1.0_wp)            !! explicit scheme: largest stable step [T] ...
         integer :: limit_age = 0                    !! ... and how many steps ago it was computed
         integer :: iterations = 0                   !! since the last call of `take_iterations`
@@ -65,7 +68,7 @@ module gb_stepper
 contains
 
     !> Make the state ready at time 0: driven supports in place, acceleration from equilibrium.
-    subroutine start(self, system, external, task, span, state, error)
+    subroutine start(self, system, external, task, span, state, error, after)
         class(stepper_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
@@ -73,11 +76,12 @@ contains
         real(wp), intent(in) :: span                !! [T]
         type(state_t), intent(inout) :: state
         type(error_t), allocatable, intent(out) :: error
+        real(wp), intent(in), optional :: after     !! as restart's; else 0
         logical :: admissible
 
         call prepare(self, system, external, task, span)
         state%time = 0.0_wp
-        call restart(self, system, external, state, error)
+        call restart(self, system, external, state, error, after)
         if (allocated(error)) return
         call self%newton%strain_energy(system, state%u, self%strain, admissible)
         if (self%scheme%is_explicit) call measure_limit(self, system, state)
@@ -109,6 +113,7 @@ contains
         call memory%pass('stepper.external', self%external)
         call memory%pass('stepper.dissipated', self%dissipated)
         call memory%pass('stepper.strain', self%strain)
+        call memory%pass('stepper.is_at_rest', self%is_at_rest)
         call memory%pass('stepper.limit', self%limit)
         call memory%pass('stepper.limit_age', self%limit_age)
         call self%newton%pass_memory(memory)
@@ -139,24 +144,28 @@ contains
 
     !> At time 0 and after a jump: driven supports and loads have their values from then on, and accelerations
     !> follow.
-    subroutine restart(self, system, external, state, error)
+    subroutine restart(self, system, external, state, error, after)
         class(stepper_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         type(state_t), intent(inout) :: state
         type(error_t), allocatable, intent(out) :: error
-        real(wp) :: before, after
+        real(wp), intent(in), optional :: after     !! the instant of these values, if not the state's [T]
+        real(wp) :: instant, strain_before, strain_after
         logical :: admissible
 
+        instant = state%time
+        if (present(after)) instant = after
         if (external%motion%is_driven()) then
-            call self%newton%strain_energy(system, state%u, before, admissible)
-            call external%motion%restart(state%time, self%span, state, error)
+            call self%newton%strain_energy(system, state%u, strain_before, admissible)
+            call external%motion%restart(instant, self%span, state, error)
             if (allocated(error)) return
-            call self%newton%strain_energy(system, state%u, after, admissible)
-            if (admissible .and. state%time > 0.0_wp) self%external = self%external + after - before
-            if (admissible) self%strain = after
+            call self%newton%strain_energy(system, state%u, strain_after, admissible)
+            if (admissible .and. state%time > 0.0_wp) self%external = self%external + strain_after &
+                - strain_before
+            if (admissible) self%strain = strain_after
         end if
-        call external%factors_at(state%time, .false., self%factors_start, error)
+        call external%factors_at(instant, .false., self%factors_start, error)
         if (allocated(error)) return
         call equilibrium_acceleration(self, system, external, self%factors_start, state, admissible)
         if (.not. admissible) then
@@ -164,6 +173,9 @@ contains
                        ' is not admissible (J <= 0 or I1-2 >= jm somewhere): check INITIAL and PRESCRIBE')
             return
         end if
+        ! Fields without inertia have no acceleration that would tell whether they balance.
+        self%is_at_rest = .not. (system%has_massless .or. external%motion%is_driven()) .and. &
+            all(abs(state%v) <= 0.0_wp) .and. all(abs(state%a) <= 0.0_wp)
         if (external%motion%is_driven()) call find_reaction(self, system, external, self%factors_start, &
             state)
     end subroutine restart
@@ -181,7 +193,8 @@ contains
         integer :: number
 
         dt = until - state%time
-        call find_rest(self, system, external, state, until, is_solved, error)
+        call find_rest(self, external, state, until, is_solved, error)
+        self%trial_is_at_rest = is_solved
         if (allocated(error) .or. is_solved) return
         do number = 1, self%scheme%stages
             call self%scheme%load_mix(number, fraction, weight)
@@ -214,23 +227,20 @@ contains
     end subroutine propose
 
     !> A beam in equilibrium at rest whose loads stay as they are stays there: the same state is proposed,
-    !> without an equation. Fields without inertia have no acceleration that would tell that they balance.
-    subroutine find_rest(self, system, external, state, until, is_at_rest, error)
+    !> without an equation. `restart` has found it so: the acceleration that a scheme ends a step with may
+    !> vanish without equilibrium.
+    subroutine find_rest(self, external, state, until, is_at_rest, error)
         class(stepper_t), intent(inout) :: self
-        type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         type(state_t), intent(in) :: state
         real(wp), intent(in) :: until               !! [T]
         logical, intent(out) :: is_at_rest
         type(error_t), allocatable, intent(out) :: error
         real(wp) :: fraction, weight
-        integer :: i, number
+        integer :: number
 
         is_at_rest = .false.
-        if (system%has_massless .or. external%motion%is_driven()) return
-        do i = 1, system%n
-            if (abs(state%v(i)) > 0.0_wp .or. abs(state%a(i)) > 0.0_wp) return
-        end do
+        if (.not. self%is_at_rest) return
         do number = 1, self%scheme%stages
             call self%scheme%load_mix(number, fraction, weight)
             call external%factors_at(merge(until, state%time + fraction*(until - state%time), &
@@ -352,14 +362,16 @@ contains
     end subroutine settle_massless
 
     !> The proposed state becomes the committed one, and the ledger is carried on.
-    subroutine commit(self, system, external, at_event, state, error)
+    subroutine commit(self, system, external, at_event, state, error, after)
         class(stepper_t), intent(inout) :: self
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         logical, intent(in) :: at_event  !! whether a load or a driven support jumps or has a corner there
         type(state_t), intent(inout) :: state
         type(error_t), allocatable, intent(out) :: error
+        real(wp), intent(in), optional :: after     !! as restart's, at an event
         real(wp), allocatable :: drag(:)
+        real(wp) :: instant
 
         self%external = self%external + external%work(self%factors_start, self%factors_end, state%u, &
             self%trial%u)
@@ -370,14 +382,17 @@ contains
         end if
         if (external%motion%is_driven()) call add_support_work(self, system, external, state)
         self%strain = self%trial_strain
+        self%is_at_rest = self%trial_is_at_rest
         self%limit_age = self%limit_age + 1
         call state%exchange(self%trial)
         if (at_event) then
-            call external%factors_at(state%time, .false., self%factors_start, error)
+            instant = state%time
+            if (present(after)) instant = after
+            call external%factors_at(instant, .false., self%factors_start, error)
             if (allocated(error)) return
             if (external%motion%is_driven() .or. &
                 any(abs(self%factors_start - self%factors_end) > 0.0_wp)) then
-                call restart(self, system, external, state, error)
+                call restart(self, system, external, state, error, after)
             end if
         else
             self%factors_start = self%factors_end
@@ -460,6 +475,7 @@ contains
         self%mark%external = self%external
         self%mark%dissipated = self%dissipated
         self%mark%strain = self%strain
+        self%mark%is_at_rest = self%is_at_rest
     end subroutine remember
 
     !> Return to the state that was remembered.
@@ -473,6 +489,7 @@ contains
         self%external = self%mark%external
         self%dissipated = self%mark%dissipated
         self%strain = self%mark%strain
+        self%is_at_rest = self%mark%is_at_rest
     end subroutine go_back
 
     !> state%a from M a = f - f_int(u) - C v - (inertia force at a = 0); held fields keep their acceleration

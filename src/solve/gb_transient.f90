@@ -11,7 +11,7 @@ module gb_transient
     use gb_state, only: state_t
     use gb_recorder, only: recorder_t, step_record_t
     use gb_system, only: system_t
-    use gb_external, only: external_t
+    use gb_external, only: external_t, events_t, same_instant
     use gb_substeps, only: substeps_t
     use gb_stepper, only: stepper_t
     use gb_failure, only: failure_reason
@@ -20,8 +20,6 @@ module gb_transient
 
     public :: run_transient, next_instant
 
-    !> Two instants closer than this part of themselves are one.
-    real(wp), parameter :: same_instant = 1.0e-9_wp
     !> Adaptive steps: first step and smallest step as parts of the duration, and how a step may change at
     !> once.
     real(wp), parameter :: first_part = 1.0e-4_wp, smallest_part = 1.0e-12_wp
@@ -55,13 +53,14 @@ contains
         type(stepper_t) :: stepper
         type(step_record_t) :: step
         type(pace_t) :: pace
-        real(wp), allocatable :: events(:)
+        type(events_t) :: events
         real(wp) :: span
 
         span = merge(task%step, first_part*task%end_time, task%step > 0.0_wp)
         pace%parts%max_level = task%cuts
         pace%dt = first_part*task%end_time
         pace%largest = 1.0e-3_wp*system%field_scale(1)
+        events = external%events(task%end_time, span)
         if (memory%is_recalling) then
             call state%pass_memory(memory, 'state')
             call step%pass_memory(memory, 'step')
@@ -69,12 +68,11 @@ contains
             call stepper%resume(system, external, task, span, memory, state)
             call memory%check(error)
         else
-            call stepper%start(system, external, task, span, state, error)
+            call stepper%start(system, external, task, span, state, error, events%start)
             if (allocated(error)) return
             call report(stepper, system, task, 0.0_wp, state, step, recorder, error)
         end if
         if (allocated(error)) return
-        events = external%events(task%end_time)
         if (task%step > 0.0_wp) then
             call take_fixed_steps(stepper, system, external, mesh, task, events, pace, state, step, &
                 recorder, error)
@@ -144,19 +142,20 @@ contains
         type(external_t), intent(in) :: external
         type(mesh_t), intent(in) :: mesh
         type(task_t), intent(in) :: task
-        real(wp), intent(in) :: events(:)               !! increasing [T]
+        type(events_t), intent(in) :: events
         type(pace_t), intent(inout) :: pace
         type(state_t), intent(inout) :: state
         type(step_record_t), intent(inout) :: step
         class(recorder_t), intent(inout) :: recorder
         type(error_t), allocatable, intent(out) :: error
-        real(wp) :: from, target
+        real(wp) :: from, target, after
         logical :: at_event
 
-        do while (state%time < task%end_time)
+        do while (state%time < events%end_time)
             from = state%time
-            call next_instant(task, events, from, pace%grid, target, step%on_grid, at_event)
-            call walk(stepper, system, external, mesh, from, target, at_event, pace%parts, state, step, error)
+            call next_instant(task, events, from, pace%grid, target, after, step%on_grid, at_event)
+            call walk(stepper, system, external, mesh, from, target, after, at_event, pace%parts, state, &
+                step, error)
             if (allocated(error)) then
                 error%message = 'TRANSIENT: step ' // to_text(step%number + 1) // error%message
                 return
@@ -170,12 +169,13 @@ contains
 
     !> Where the step that starts at `from` ends: on the next multiple of the step, on an event, or at the
     !> end.
-    pure subroutine next_instant(task, events, from, grid, target, on_grid, at_event)
+    pure subroutine next_instant(task, events, from, grid, target, after, on_grid, at_event)
         type(task_t), intent(in) :: task
-        real(wp), intent(in) :: events(:)           !! increasing [T]
+        type(events_t), intent(in) :: events
         real(wp), intent(in) :: from                !! [T]
         integer, intent(inout) :: grid              !! multiples of the step behind
         real(wp), intent(out) :: target             !! [T]
+        real(wp), intent(out) :: after              !! from when on all of the event has happened [T]
         logical, intent(out) :: on_grid             !! whether it is a multiple of the step, or the end
         logical, intent(out) :: at_event
         real(wp) :: slack, multiple
@@ -183,16 +183,18 @@ contains
 
         multiple = real(grid + 1, wp)*task%step
         slack = min(same_instant*multiple, 0.1_wp*task%step)
-        if (multiple > task%end_time - slack) multiple = task%end_time
+        if (multiple > events%end_time - slack) multiple = events%end_time
         target = multiple
+        after = target
         on_grid = .true.
         at_event = .false.
-        i = first_after(events, from + slack)
-        if (i <= size(events)) then
-            if (events(i) <= multiple + slack) then
+        i = first_after(events%first, from + slack)
+        if (i <= size(events%first)) then
+            if (events%first(i) <= multiple + slack) then
                 at_event = .true.
-                on_grid = events(i) >= multiple - slack
-                target = events(i)
+                on_grid = events%first(i) >= multiple - slack
+                target = events%first(i)
+                after = events%last(i)
             end if
         end if
         if (on_grid) grid = grid + 1
@@ -217,12 +219,12 @@ contains
     end function first_after
 
     !> Go from one instant to the next, in as many halvings as it takes.
-    subroutine walk(stepper, system, external, mesh, from, target, at_event, parts, state, step, error)
+    subroutine walk(stepper, system, external, mesh, from, target, after, at_event, parts, state, step, error)
         type(stepper_t), intent(inout) :: stepper
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         type(mesh_t), intent(in) :: mesh
-        real(wp), intent(in) :: from, target        !! [T]
+        real(wp), intent(in) :: from, target, after     !! as next_instant's [T]
         logical, intent(in) :: at_event
         type(substeps_t), intent(inout) :: parts
         type(state_t), intent(inout) :: state
@@ -259,7 +261,7 @@ contains
                     // trim(advice(system, stepper)))
                 return
             end if
-            call stepper%commit(system, external, at_event .and. part >= 1.0_wp, state, error)
+            call stepper%commit(system, external, at_event .and. part >= 1.0_wp, state, error, after)
             if (allocated(error)) return
             call parts%accept()
         end do
@@ -289,23 +291,27 @@ contains
         type(external_t), intent(in) :: external
         type(mesh_t), intent(in) :: mesh
         type(task_t), intent(in) :: task
-        real(wp), intent(in) :: events(:)               !! increasing [T]
+        type(events_t), intent(in) :: events
         type(pace_t), intent(inout) :: pace
         type(state_t), intent(inout) :: state
         type(step_record_t), intent(inout) :: step
         class(recorder_t), intent(inout) :: recorder
         type(error_t), allocatable, intent(out) :: error
-        real(wp) :: size, target, misfit
+        real(wp) :: size, target, after, misfit
         logical :: is_solved, at_event
         integer :: i
 
-        do while (state%time < task%end_time)
+        do while (state%time < events%end_time)
             step%cuts = 0
             do
-                i = first_after(events, state%time*(1.0_wp + epsilon(1.0_wp)))
-                target = task%end_time
-                if (i <= ubound(events, 1)) target = events(i)
-                at_event = target < task%end_time
+                i = first_after(events%first, state%time*(1.0_wp + epsilon(1.0_wp)))
+                target = events%end_time
+                after = target
+                at_event = i <= ubound(events%first, 1)
+                if (at_event) then
+                    target = events%first(i)
+                    after = events%last(i)
+                end if
                 ! A step that would leave a sliver behind takes it along, or shares the way with the next.
                 size = target - state%time
                 if (pace%dt < 0.999_wp*size) then
@@ -314,7 +320,7 @@ contains
                     at_event = .false.
                 end if
                 call stepper%remember(state)
-                call try_step(stepper, system, external, size, target, at_event, state, pace%largest, &
+                call try_step(stepper, system, external, size, target, after, at_event, state, pace%largest, &
                     misfit, is_solved, error)
                 if (allocated(error)) return
                 misfit = misfit/task%accuracy
@@ -347,12 +353,13 @@ contains
 
     !> One whole step for comparison, then two half steps that are committed. misfit is the estimated error of
     !> the half steps' displacements over `largest`, the largest displacement so far.
-    subroutine try_step(stepper, system, external, size, target, at_event, state, largest, misfit, &
+    subroutine try_step(stepper, system, external, size, target, after, at_event, state, largest, misfit, &
         is_solved, error)
         type(stepper_t), intent(inout) :: stepper
         type(system_t), intent(in) :: system
         type(external_t), intent(in) :: external
         real(wp), intent(in) :: size, target            !! [T]
+        real(wp), intent(in) :: after                   !! from when on all of the event has happened [T]
         logical, intent(in) :: at_event
         type(state_t), intent(inout) :: state
         real(wp), intent(inout) :: largest              !! [L]
@@ -371,7 +378,7 @@ contains
         if (allocated(error)) return
         call stepper%propose(system, external, state, target, is_solved, error)
         if (allocated(error) .or. .not. is_solved) return
-        call stepper%commit(system, external, at_event, state, error)
+        call stepper%commit(system, external, at_event, state, error, after)
         if (allocated(error)) return
         largest = max(largest, largest_displacement(state%u))
         misfit = largest_displacement(state%u - coarse)/(3.0_wp*largest)

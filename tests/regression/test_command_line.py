@@ -157,6 +157,12 @@ def test_log_that_cannot_be_written(gentbeam):
         assert file.attrs["status"] == "complete"
 
 
+def test_check_that_cannot_be_written(gentbeam):
+    with open("/dev/full", "w") as full:
+        gentbeam("--check", deck=small_deck(), status=3, stdout=full)
+    assert "could not be written to standard output" in gentbeam.sole_error()
+
+
 def test_log_into_a_closed_pipe(gentbeam):
     """Nobody reads it: an error, or the end by the signal that says so, but no backtrace."""
     reader, writer = os.pipe()

@@ -353,6 +353,30 @@ def test_checkpoint_in_place_of_the_results(gentbeam):
     assert (gentbeam.folder / "out.h5").read_bytes() == b"old"
 
 
+@pytest.mark.parametrize("study", [False, True], ids=["run", "study"])
+def test_checkpoint_in_place_of_other_files(gentbeam, study):
+    """Neither the deck, nor a table, nor the results, by whatever name, nor what is no ordinary file."""
+    folder = gentbeam.folder
+    (folder / "load.txt").write_text("0 0\n1e-3 1\n")
+    (folder / "here").symlink_to(".")
+    os.mkfifo(folder / "pipe")
+    model = "HISTORY push table file=load.txt\nPOINT x=10 f3=1 history=push"
+    if study:
+        model += "\nPARAMETER s=1\nSWEEP s=[1 2]"
+    for place in ["deck.inp", "load.txt", "pipe", "deck.h5", "deck.h5.part", "here/deck.h5"]:
+        deck = small_deck(f"CHECKPOINT every=1 file={place}\nTRANSIENT newmark step=1e-4 end=1e-3", model)
+        (folder / "deck.inp").write_text(deck)
+        gentbeam("-q", "deck.inp", status=1)
+        assert f"CHECKPOINT file=: {place} is " in gentbeam.sole_error()
+        assert (folder / "deck.inp").read_text() == deck
+        assert sorted(os.listdir(folder)) == ["deck.inp", "here", "load.txt", "pipe"]
+    # An empty file, made to have a name of one's own, is none of these.
+    (folder / "mine").touch()
+    (folder / "deck.inp").write_text(deck.replace(place, "mine"))
+    gentbeam("-q", "deck.inp")
+    assert h5py.is_hdf5(folder / "mine")
+
+
 def test_checkpoint_that_cannot_be_written(gentbeam):
     """On the way it is warned of; at the end of an interrupted run it is an error, for nothing is saved."""
     deck = small_deck("CHECKPOINT every=2 file=no/such/place.h5\nTRANSIENT newmark step=1e-4 end=1e-3")
