@@ -583,9 +583,14 @@ static int open_part(store_t *store)
     struct stat ours, there;
 
     for (int tries = 0; tries < 100; tries++) {
-        store->file = open(store->part, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        store->file = open(store->part, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
         if (store->file < 0)
-            return failed(store, strerror(errno));
+            return failed(store, errno == ELOOP ? "the same name with .part is a link" : strerror(errno));
+        if (fstat(store->file, &ours) == 0 && !S_ISREG(ours.st_mode)) {
+            close(store->file);
+            store->file = -1;
+            return failed(store, "the same name with .part is not an ordinary file");
+        }
         if (gb_hold_against_writers(store->file)) {
             close(store->file);
             store->file = -1;

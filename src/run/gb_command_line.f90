@@ -145,7 +145,7 @@ contains
         select case (name)
         case ('-o', '--output')
             options%output = without_ending(value)
-            if (len(options%output) == 0) then
+            if (len(options%output) == 0 .or. names_folder(value)) then
                 call raise(error, status_input, 'option ' // name // ' needs a file name')
             else if (any([(iachar(value(i:i)) < 32 .or. iachar(value(i:i)) == 127, i=1, len(value))])) then
                 call raise(error, status_input, 'option ' // name // ' needs a file name without line ' &
@@ -177,6 +177,7 @@ contains
             end if
         case ('--merge')
             options%merge_into = without_ending(value) // '.h5'
+            if (names_folder(value)) call raise(error, status_input, 'option --merge needs a file name')
         case ('--shard')
             call take_shard(options, value, error)
         end select
@@ -219,6 +220,15 @@ contains
         grown(n + 1)%text = value
         call move_alloc(grown, options%overrides)
     end subroutine add_override
+
+    !> Whether a name can be none but a folder's.
+    pure logical function names_folder(value)
+        character(*), intent(in) :: value
+        character(:), allocatable :: last
+
+        last = value(index(value, '/', back=.true.) + 1:)
+        names_folder = any(last == [character(2) :: '', '.', '..'])
+    end function names_folder
 
     !> Results go to NAME.h5; who writes the ending means the same.
     pure function without_ending(value) result(name)

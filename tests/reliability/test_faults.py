@@ -212,3 +212,18 @@ def test_link_is_followed(program):
     assert program.run(deck(COMMANDS)) == (0, "")
     assert program.results.is_symlink()
     assert check_whole(target)[0] == "complete"
+
+
+def test_what_stands_in_the_place_of_the_part_is_not_written_to(program):
+    """A link or a pipe named NAME.h5.part is none of ours: it stays, and so does what a link points to."""
+    other = program.folder / "precious.txt"
+    other.write_text("precious")
+    program.part.symlink_to(other)
+    status, said = program.run(deck(COMMANDS))
+    assert status == 3 and "the same name with .part is a link" in said
+    assert program.part.is_symlink() and other.read_text() == "precious"
+    program.part.unlink()
+    os.mkfifo(program.part)
+    status, said = program.run(deck(COMMANDS))
+    assert status == 3 and "the same name with .part is not an ordinary file" in said
+    assert program.part.is_fifo() and not program.results.exists()
