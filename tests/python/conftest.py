@@ -9,6 +9,7 @@ import pytest
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.path.insert(0, str(SCRIPTS))
+sys.path.insert(0, str(SCRIPTS.parent / "tests" / "support"))
 
 LENGTH = 10.0
 ELEMENTS = 10

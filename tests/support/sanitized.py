@@ -11,4 +11,4 @@ def is_sanitized():
     return os.path.isfile(path) and b"__asan_init" in Path(path).read_bytes()
 
 
-not_sanitized = pytest.mark.skipif(is_sanitized(), reason="would measure the sanitizer")
+not_sanitized = pytest.mark.skipif(is_sanitized(), reason="would meet the sanitizer instead")
