@@ -12,7 +12,7 @@ module gb_tune
     use gb_mesh, only: line_t
     use gb_pieces, only: mesh_pieces
     use gb_problem, only: problem_t
-    use gb_refine, only: refine
+    use gb_refine, only: refine, adaptive_effort
     use gb_section, only: inertia_full, inertia_names
     use gb_text, only: to_text, exact_text
     use gb_trial, only: apply_setting, work_of_iteration
@@ -167,7 +167,9 @@ contains
                 // ', and costs ' // to_text(work_of(fuller)/work_of(chosen), 2) // ' times as much)')
             if (has_transients(ladder%problem) .and. chosen%local <= 0.0_wp) call log%line('  left out: ' &
                 // 'adaptive steps (fixed ones are ' &
-                // to_text(ladder%unevenness(found%time(1)), 2) // ' times as many at equal error)')
+                // to_text(ladder%unevenness(found%time(1)), 2) // ' times as many at equal error, with ' &
+                // to_text(ladder%effort(found%time(size(found%time))), 2) // ' iterations in place of ' &
+                // to_text(adaptive_effort, 2) // ' each)')
             if (has_transients(ladder%problem) .and. found%fuller == 0 .and. .not. found%keeps_inertia) &
                 call log%line('  inertia=full ' &
                 // 'comes to no end in this scene: what it would change is not part of the estimate')
