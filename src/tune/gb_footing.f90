@@ -19,6 +19,9 @@ module gb_footing
     real(wp), parameter :: tolerable = 1.25_wp
     real(wp), parameter :: first_elements_a_piece = 1.5_wp
     integer, parameter :: least_elements = 3
+    !> Steps are held against so many times as many. Load steps must find the equilibrium that many of them
+    !> find, and not one that is unstable: two long ones may leap to the same.
+    integer, parameter :: growth_in_motion = 2, growth_at_rest = 10
     !> Changes up to this one are taken to grow with the error: beyond it, courses are merely different.
     real(wp), parameter :: largest_change = 0.3_wp
     integer, parameter :: most_failures = 6
@@ -39,8 +42,9 @@ contains
         type(error_t), allocatable, intent(out) :: error
         integer :: base, finer_mesh, finer_steps, failures, doublings
         logical :: is_adapted
-        real(wp) :: mesh_change, time_change
+        real(wp) :: mesh_change, time_change, growth
 
+        growth = real(merge(growth_in_motion, growth_at_rest, has_transients(ladder%problem)), wp)
         call keep_given_inertia(ladder%problem, found)
         allocate (found%base%steps(size(ladder%problem%tasks)))
         found%n = elements_to_see(ladder%problem%model, &
@@ -60,7 +64,7 @@ contains
                 call climb_somehow(ladder, found, failures, base, error)
                 if (allocated(error)) return
             end if
-            call climb_finer(ladder, found, 1, 2.0_wp, base, finer_steps, error)
+            call climb_finer(ladder, found, 1, growth, base, finer_steps, error)
             if (allocated(error)) return
             if (ladder%has_failed(finer_steps)) then
                 call give_way(ladder, found, failures, finer_steps, error)
@@ -90,7 +94,7 @@ contains
         end do
         found%mesh = [base, finer_mesh]
         found%time = [base, finer_steps]
-        found%steps = [1.0_wp, 2.0_wp]
+        found%steps = [1.0_wp, growth]
         found%local = [0.0_wp, 0.0_wp]
         call learn_axes(ladder, found)
     end subroutine find_footing

@@ -266,9 +266,9 @@ contains
         end do
     end subroutine choose_steps
 
-    !> The local error that makes adaptive steps so many; 0 where steps are fixed. Between trials it is a power
-    !> of their steps (small vibrations may be seen by the finer trials only, so that it is not the third one
-    !> throughout); beyond the last trial the third power.
+    !> The local error that makes adaptive steps so many; 0 where steps are fixed. Between trials it is a
+    !> power of their steps (the finer ones may see small vibrations that the others do not, so that it is not
+    !> the third one throughout); beyond the last trial the third power.
     pure real(wp) function local_error_for(found, steps) result(local)
         type(findings_t), intent(in) :: found
         real(wp), intent(in) :: steps

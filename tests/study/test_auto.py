@@ -171,7 +171,7 @@ PROBE tip u3 x=10"""
 
 
 def test_steps_are_adaptive_where_that_pays(gentbeam):
-    """Next to nothing for long, then a knock: few steps for the first, and as many in all as were promised."""
+    """Next to nothing for long, then a knock: few steps for the first, and in all as many as promised."""
     tasks = "TRANSIENT auto accuracy=2e-2 probe=tip end=0.42"
     tuned = DECK.format(scene=LATE, section="", output="", tasks=tasks)
     out = gentbeam("-o", "tuned", deck=tuned).out
