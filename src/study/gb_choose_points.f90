@@ -52,28 +52,36 @@ contains
 
     !> Give every element of a section with rule=auto its points. Where the block solver takes the model, all
     !> get the largest number: it takes one rule for all, and a point costs far less than that solver saves.
+    !> Other sections keep what the deck gives them: that number is then taken for all if it is enough.
     !> An error only where somebody wants to stop: a pilot that fails has told the strains up to there.
     subroutine choose_points(problem, deadline, error)
         type(problem_t), intent(inout) :: problem
         real(wp), intent(in) :: deadline            !! CPU time at which to stop [s]; 0: none
         type(error_t), allocatable, intent(out) :: error
         type(observer_t) :: observer
-        integer, allocatable :: points(:)
+        integer, allocatable :: points(:), one_rule(:)
+        logical, allocatable :: is_open(:)
+        type(model_t) :: uniform
         integer :: e, n
 
         call observe(problem, deadline, observer, error)
         if (allocated(error)) return
         associate (mesh => problem%model%mesh, sections => problem%model%sections)
             points = sections(mesh%section)%points
+            is_open = sections(mesh%section)%is_auto
             do e = 1, size(points)
-                if (.not. sections(mesh%section(e))%is_auto) cycle
+                if (.not. is_open(e)) cycle
                 do n = least, most
                     points(e) = n
                     if (observer%error(n, e) <= observer%tolerance(e)**2*observer%largest) exit
                 end do
             end do
-            if (block_obstacle(problem%model) == '') points = maxval(points)
         end associate
+        one_rule = points
+        where (is_open) one_rule = maxval(points)
+        uniform = problem%model
+        uniform%sections%points = maxval(points)
+        if (all(one_rule == maxval(points)) .and. block_obstacle(uniform) == '') points = one_rule
         call split_sections(problem%model, points)
     end subroutine choose_points
 

@@ -5,7 +5,8 @@ module gb_footing
     use gb_findings, only: findings_t, set_elements, climb_finer, learn_axes, has_transients, most_elements, &
         most_steps
     use gb_ladder, only: ladder_t
-    use gb_problem, only: problem_t, task_static
+    use gb_problem, only: problem_t, task_static, task_transient
+    use gb_sight, only: steps_to_see, elements_to_see
     use gb_text, only: to_text
     implicit none
     private
@@ -18,9 +19,14 @@ module gb_footing
     real(wp), parameter :: tolerable = 1.25_wp
     real(wp), parameter :: first_elements_a_piece = 1.5_wp
     integer, parameter :: least_elements = 3
+    !> Steps are held against so many times as many. Load steps must find the equilibrium that many of them
+    !> find, and not one that is unstable: two long ones may leap to the same.
+    integer, parameter :: growth_in_motion = 2, growth_at_rest = 10
     !> Changes up to this one are taken to grow with the error: beyond it, courses are merely different.
     real(wp), parameter :: largest_change = 0.3_wp
     integer, parameter :: most_failures = 6
+    !> Doublings of the mesh or the steps, all told: courses that cannot be recognised then never will be.
+    integer, parameter :: most_doublings = 10
     !> From a trial that failed to the next one, steps grow by this factor at most, whatever its motion tells.
     integer, parameter :: longest_leap = 8
 
@@ -34,15 +40,19 @@ contains
         type(ladder_t), intent(inout) :: ladder
         type(findings_t), intent(inout) :: found
         type(error_t), allocatable, intent(out) :: error
-        integer :: base, finer_mesh, finer_steps, failures
+        integer :: base, finer_mesh, finer_steps, failures, doublings
         logical :: is_adapted
-        real(wp) :: mesh_change, time_change
+        real(wp) :: mesh_change, time_change, growth
 
+        growth = real(merge(growth_in_motion, growth_at_rest, has_transients(ladder%problem)), wp)
         call keep_given_inertia(ladder%problem, found)
         allocate (found%base%steps(size(ladder%problem%tasks)))
-        found%n = max(real(least_elements, wp), first_elements_a_piece*real(size(ladder%pieces), wp))
+        found%n = elements_to_see(ladder%problem%model, &
+            max(real(least_elements, wp), first_elements_a_piece*real(size(ladder%pieces), wp)))
         call set_elements(ladder, found%n, found%base)
         found%base%steps = first_step_counts(ladder%problem)
+        doublings = 0
+        if (exceeds_limits(found, doublings, error)) return
         failures = 0
         is_adapted = .false.
         do
@@ -54,7 +64,7 @@ contains
                 call climb_somehow(ladder, found, failures, base, error)
                 if (allocated(error)) return
             end if
-            call climb_finer(ladder, found, 1, 2.0_wp, base, finer_steps, error)
+            call climb_finer(ladder, found, 1, growth, base, finer_steps, error)
             if (allocated(error)) return
             if (ladder%has_failed(finer_steps)) then
                 call give_way(ladder, found, failures, finer_steps, error)
@@ -64,7 +74,8 @@ contains
             time_change = ladder%change(base, finer_steps)
             if (time_change > largest_change) then
                 found%base%steps = 2*found%base%steps
-                if (exceeds_limits(found, error)) return
+                doublings = doublings + 1
+                if (exceeds_limits(found, doublings, error)) return
                 cycle
             end if
             call climb_finer(ladder, found, 2, 1.0_wp, base, finer_mesh, error)
@@ -78,23 +89,23 @@ contains
             if (mesh_change <= largest_change) exit
             found%n = 2.0_wp*found%n
             call set_elements(ladder, found%n, found%base)
-            if (exceeds_limits(found, error)) return
+            doublings = doublings + 1
+            if (exceeds_limits(found, doublings, error)) return
         end do
         found%mesh = [base, finer_mesh]
         found%time = [base, finer_steps]
-        found%steps = [1.0_wp, 2.0_wp]
+        found%steps = [1.0_wp, growth]
         found%local = [0.0_wp, 0.0_wp]
         call learn_axes(ladder, found)
     end subroutine find_footing
 
-    !> Where all sections of the beam name the same inertia, it is what the scene is meant to have.
+    !> Where all sections of the beam name their inertia, nothing is left to choose.
     pure subroutine keep_given_inertia(problem, found)
         type(problem_t), intent(in) :: problem
         type(findings_t), intent(inout) :: found
 
         associate (sections => problem%model%sections(problem%model%mesh%section))
-            found%keeps_inertia = all(sections%inertia_is_given) &
-                .and. all(sections%inertia == sections(1)%inertia)
+            found%keeps_inertia = all(sections%inertia_is_given)
             if (found%keeps_inertia) found%base%inertia = sections(1)%inertia
         end associate
     end subroutine keep_given_inertia
@@ -137,26 +148,32 @@ contains
         found%base%steps = 2*found%base%steps
     end subroutine give_way
 
-    logical function exceeds_limits(found, error)
+    logical function exceeds_limits(found, doublings, error)
         type(findings_t), intent(in) :: found
+        integer, intent(in) :: doublings            !! so far, of mesh and steps
         type(error_t), allocatable, intent(inout) :: error
 
-        exceeds_limits = found%n > most_elements .or. real(found%base%n_steps(), wp) > most_steps
+        exceeds_limits = found%n > most_elements .or. any(real(found%base%steps, wp) >= most_steps) &
+            .or. doublings > most_doublings
         if (exceeds_limits) call raise(error, status_solution, 'with ' &
             // to_text(found%base%n_elements()) // ' elements and ' // to_text(found%base%n_steps()) &
             // ' steps a finer mesh or step still changes the probes beyond recognition; ' &
             // 'give end= and probes that the scene determines')
     end function exceeds_limits
 
-    !> Load steps where only statics is tuned: one, if two give the same.
+    !> Load steps where only statics is tuned: one, if two give the same. Transients must see their histories.
     pure function first_step_counts(problem) result(steps)
         type(problem_t), intent(in) :: problem
-        integer :: steps(size(problem%tasks))
+        integer :: steps(size(problem%tasks)), i
 
         steps = 0
         where (problem%tasks%is_auto) steps = first_steps
         where (problem%tasks%is_auto .and. problem%tasks%kind == task_static) steps = 1
         if (has_transients(problem)) where (steps == 1) steps = load_steps
+        do i = 1, size(steps)
+            if (problem%tasks(i)%is_auto .and. problem%tasks(i)%kind == task_transient) steps(i) &
+                = ceiling(min(steps_to_see(problem%model, problem%tasks(i)%end_time, steps(i)), most_steps))
+        end do
     end function first_step_counts
 
     !> Steps that are short enough for the frequency at which the probes move. A trial that is of no other use
@@ -172,6 +189,8 @@ contains
             associate (channel => ladder%trials(base)%channels(i))
                 if (channel%course%is_static .or. .not. channel%course%reaches( &
                     ladder%problem%tasks(channel%task)%end_time)) cycle
+                ! What rests has rates of rounding errors.
+                if (channel%course%size_of() <= ladder%least_size(i)) cycle
                 needed = channel%course%angular_frequency()*ladder%problem%tasks(channel%task)%end_time &
                     /first_phase
                 if (needed > tolerable*real(steps(channel%task), wp)) steps(channel%task) &

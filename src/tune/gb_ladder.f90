@@ -36,7 +36,8 @@ module gb_ladder
         procedure, private :: report
     end type ladder_t
 
-    !> Probes whose values stay below this part of the fields' natural size rest.
+    !> Probes whose values stay below this part of the fields' natural size rest; for velocities and
+    !> accelerations, also those below this part of what other nodes have.
     real(wp), parameter :: resting_part = 1.0e-9_wp
     !> Trials that there is room for to begin with; it doubles.
     integer, parameter :: first_room = 32
@@ -124,7 +125,10 @@ contains
             associate (probe => problem%probes(trial%channels(i)%probe), &
                 task => problem%tasks(trial%channels(i)%task))
                 sizes(i) = resting_part*problem%model%mesh%length()**field_length_power(probe%field)
-                if (task%kind /= task_static) sizes(i) = sizes(i)/task%end_time**probe%quantity
+                if (task%kind == task_static) cycle
+                sizes(i) = max(sizes(i)/task%end_time**probe%quantity, &
+                    resting_part*trial%channels(i)%largest &
+                    *problem%model%mesh%length()**(field_length_power(probe%field) - 1))
             end associate
         end do
     end function smallest_sizes

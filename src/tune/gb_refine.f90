@@ -31,7 +31,7 @@ module gb_refine
     !> weigh them, about as dear as the run that they lead to on its finer mesh: they must promise that much.
     real(wp), parameter :: adaptive_effort = 7.0_wp, promising_ratio = 2.0_wp, first_local = 1.0e-3_wp
 
-    public :: refine
+    public :: refine, adaptive_effort
 
 contains
 
@@ -258,14 +258,32 @@ contains
                 least_cost = cost
                 chosen = setting
                 chosen%steps = ceiling(found%base%steps*(steps/first))
-                associate (last => size(found%local))
-                    chosen%local = found%local(last)*(found%time_axis%size(last)/steps)**3
-                end associate
+                chosen%local = local_error_for(found, steps)
                 parts = sizes
                 return
             end if
             steps = step_growth*steps
         end do
     end subroutine choose_steps
+
+    !> The local error that makes adaptive steps so many; 0 where steps are fixed. Between trials it is a
+    !> power of their steps (the finer ones may see small vibrations that the others do not, so that it is not
+    !> the third one throughout); beyond the last trial the third power.
+    pure real(wp) function local_error_for(found, steps) result(local)
+        type(findings_t), intent(in) :: found
+        real(wp), intent(in) :: steps
+        integer :: k
+
+        associate (n => size(found%local), size_of => found%time_axis%size)
+            local = found%local(n)*(size_of(n)/steps)**3
+            if (found%local(n) <= 0.0_wp .or. steps >= size_of(n)) return
+            k = 1
+            do while (steps > size_of(k + 1))
+                k = k + 1
+            end do
+            local = found%local(k)*(found%local(k + 1)/found%local(k))**(log(steps/size_of(k)) &
+                /log(size_of(k + 1)/size_of(k)))
+        end associate
+    end function local_error_for
 
 end module gb_refine

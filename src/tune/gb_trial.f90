@@ -3,6 +3,7 @@ module gb_trial
     use gb_kinds, only: wp
     use gb_error, only: error_t, status_interrupted
     use gb_course, only: course_t
+    use gb_fields, only: n_fields
     use gb_log, only: log_t
     use gb_mesh, only: build_mesh
     use gb_pieces, only: piece_t, mesh_pieces
@@ -22,6 +23,7 @@ module gb_trial
     type, public :: channel_t
         integer :: task = 0, probe = 0              !! numbers in the problem's lists
         type(course_t) :: course
+        real(wp) :: largest = 0.0_wp                !! of the probe's kind of rate, in any node [L/T, L/T^2]
     end type channel_t
 
     type, public :: trial_t
@@ -80,7 +82,7 @@ contains
         tuned%model%sections%rule = rule_gauss
         tuned%model%sections%is_auto = .false.
         tuned%model%sections%points = setting%points
-        tuned%model%sections%inertia = setting%inertia
+        where (.not. tuned%model%sections%inertia_is_given) tuned%model%sections%inertia = setting%inertia
         do i = 1, size(tuned%tasks)
             associate (task => tuned%tasks(i))
                 if (.not. task%is_auto) cycle
@@ -225,9 +227,22 @@ contains
                 rate = 0.0_wp
                 if (self%has_rate(i)) rate = self%rates(i)%reading(state)
                 call channel%course%add(step%abscissa, self%values(i)%reading(state), rate)
+                select case (self%values(i)%quantity)
+                case (quantity_velocity)
+                    channel%largest = max(channel%largest, largest_rate(state%v))
+                case (quantity_acceleration)
+                    channel%largest = max(channel%largest, largest_rate(state%a))
+                end select
             end associate
         end do
     end subroutine record_step
+
+    !> Of all nodes' u1 and u3.
+    pure real(wp) function largest_rate(rates)
+        real(wp), intent(in) :: rates(:)            !! (n)
+
+        largest_rate = max(maxval(abs(rates(1::n_fields))), maxval(abs(rates(2::n_fields))))
+    end function largest_rate
 
     subroutine end_task(self, failure, error)
         class(follower_t), intent(inout) :: self

@@ -9,10 +9,12 @@ module gb_tune
     use gb_footing, only: find_footing
     use gb_ladder, only: ladder_t
     use gb_log, only: log_t
+    use gb_mesh, only: line_t
+    use gb_pieces, only: mesh_pieces
     use gb_problem, only: problem_t
-    use gb_refine, only: refine
+    use gb_refine, only: refine, adaptive_effort
     use gb_section, only: inertia_full, inertia_names
-    use gb_text, only: to_text
+    use gb_text, only: to_text, exact_text
     use gb_trial, only: apply_setting, work_of_iteration
     use gb_tuning, only: setting_t, error_bar_t, tuning_t, n_sources, source_names
     use gb_weigh, only: look_at_thickness, look_at_inertia, most_points
@@ -108,10 +110,18 @@ contains
         type(tuning_t), intent(in) :: tuning
         type(setting_t) :: fuller
         character(:), allocatable :: text
+        type(line_t), allocatable :: lines(:)
+        logical, allocatable :: given(:)
+        integer, allocatable :: inertias(:)
         integer :: i
 
         fuller = tuning%chosen
         fuller%inertia = inertia_full
+        lines = mesh_pieces(ladder%pieces, tuning%chosen%elements, tuning%chosen%nodes)
+        associate (sections => ladder%problem%model%sections(ladder%problem%model%mesh%section))
+            given = sections%inertia_is_given
+            inertias = sections%inertia
+        end associate
         associate (chosen => tuning%chosen, log => ladder%log)
             text = '  chosen: ' // to_text(chosen%n_elements()) // ' elements of ' // to_text(chosen%nodes) &
                 // ' nodes, rule gauss with ' // to_text(chosen%points) // ' points'
@@ -120,16 +130,28 @@ contains
             text = text // ', ' // to_text(chosen%n_steps()) &
                 // trim(merge(' step ', ' steps', chosen%n_steps() == 1))
             if (chosen%local > 0.0_wp) text = text // ' about, adaptive with accuracy ' &
-                // to_text(chosen%local, 3)
+                // exact_text(chosen%local)
             call log%line(text)
-            if (size(chosen%elements) > 1) then
-                text = '  elements'
-                do i = 1, size(chosen%elements)
-                    text = text // trim(merge(', ', '  ', i > 1)) // ' ' // to_text(chosen%elements(i)) &
-                        // ' to x = ' // to_text(ladder%pieces(i)%line%to)
+            if (count(ladder%problem%tasks%is_auto) > 1) then
+                text = ''
+                do i = 1, size(chosen%steps)
+                    if (ladder%problem%tasks(i)%is_auto) text = text // ', ' // to_text(chosen%steps(i)) &
+                        // ' of ' // ladder%problem%tasks(i)%name
                 end do
-                call log%line(text)
+                call log%line('  steps ' // text(3:))
             end if
+            if (size(chosen%elements) > 1 .or. any(abs(lines%grading - 1.0_wp) > 0.0_wp)) then
+                text = ''
+                do i = 1, size(lines)
+                    text = text // ', ' // to_text(lines(i)%elements) // ' to x = ' // exact_text(lines(i)%to)
+                    if (abs(lines(i)%grading - 1.0_wp) > 0.0_wp) text = text // ' with grading ' &
+                        // exact_text(lines(i)%grading)
+                end do
+                call log%line('  elements ' // text(3:))
+            end if
+            if (has_transients(ladder%problem) .and. any(given) .and. .not. all(given .and. inertias &
+                == chosen%inertia)) call log%line('  inertia as SECTION gives it, ' &
+                // trim(inertia_names(chosen%inertia)) // ' where it is left open')
             text = '  estimated error ' // to_text(tuning%estimate, 2) // ' of ' &
                 // to_text(tuning%accuracy, 2) // ' asked for'
             do i = 1, n_sources
@@ -145,7 +167,9 @@ contains
                 // ', and costs ' // to_text(work_of(fuller)/work_of(chosen), 2) // ' times as much)')
             if (has_transients(ladder%problem) .and. chosen%local <= 0.0_wp) call log%line('  left out: ' &
                 // 'adaptive steps (fixed ones are ' &
-                // to_text(ladder%unevenness(found%time(1)), 2) // ' times as many at equal error)')
+                // to_text(ladder%unevenness(found%time(1)), 2) // ' times as many at equal error, with ' &
+                // to_text(ladder%effort(found%time(size(found%time))), 2) // ' iterations in place of ' &
+                // to_text(adaptive_effort, 2) // ' each)')
             if (has_transients(ladder%problem) .and. found%fuller == 0 .and. .not. found%keeps_inertia) &
                 call log%line('  inertia=full ' &
                 // 'comes to no end in this scene: what it would change is not part of the estimate')
