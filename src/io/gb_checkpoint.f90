@@ -87,12 +87,15 @@ contains
         type(problem_t), intent(in) :: problem
         character(*), intent(in) :: results         !! path of the results file
         type(error_t), allocatable, intent(out) :: error
+        logical :: is_taken
         integer :: i
 
         do i = 1, size(problem%tasks)
             if (.not. allocated(problem%tasks(i)%safeguard%file)) cycle
             associate (file => problem%tasks(i)%safeguard%file)
-                if (is_same_place(file, results) .or. is_same_place(file, results // '.part')) then
+                is_taken = is_same_place(file, results)
+                if (.not. is_taken) is_taken = is_same_place(file, results // '.part')
+                if (is_taken) then
                     call raise(error, status_input, 'CHECKPOINT file=: ' // file // ' is the results file, ' &
                                // 'give checkpoints another name')
                 else if (.not. is_free_or_hdf5(file)) then
