@@ -229,16 +229,19 @@ def test_memory_does_not_grow_with_the_members(gentbeam):
 @not_sanitized
 def test_two_threads_do_not_stand_in_each_others_way(gentbeam):
     """What keeps two threads from halving the time: work that only one of them does, and waiting. The
-    processor time of all threads together must not grow, and a thread must hardly ever sleep."""
+    processor time of all threads together must not grow, and a thread must hardly ever sleep. What else the
+    machine does can only add to both: the least of several runs is looked at, and more of them if need be."""
     members = 400
     sweep = "SWEEP E=[%s]" % " ".join(str(11000 + i) for i in range(members))
     deck = study(sweep, "TRANSIENT newmark step=1.35e-4 end=1.35e-2", "OUTPUT fields=none", elements=10)
     cpu, waits = {1: [], 2: []}, {1: [], 2: []}
-    for _ in range(3):
+    for attempt in range(10):
         for threads in (1, 2):
             gentbeam("-q", "--threads", threads, deck=deck)
             cpu[threads].append(gentbeam.cpu)
             waits[threads].append(gentbeam.waits)
+        if attempt > 1 and min(cpu[2]) < 1.15 * min(cpu[1]) and min(waits[2]) < members / 10:
+            break
     assert min(cpu[2]) < 1.15 * min(cpu[1]), cpu
     assert min(waits[2]) < members / 10, waits
 
