@@ -76,8 +76,8 @@ def meddler(tmp_path_factory):
     libraries = [str(library)]
     sanitizer = {}
     if is_sanitized():
-        # It looks at the clock by itself while it gives memory back, which would make a clock that goes on with
-        # every look go on much faster while the program writes.
+        # It looks at the clock by itself while it gives memory back, which would make a clock that goes on
+        # with every look go on much faster while the program writes.
         options = [os.environ.get("ASAN_OPTIONS", ""), "allocator_release_to_os_interval_ms=-1"]
         sanitizer["ASAN_OPTIONS"] = ":".join(filter(None, options))
         # The sanitizer's library has to come first.
