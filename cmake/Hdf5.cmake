@@ -34,14 +34,14 @@ endfunction()
 function(check_hdf5_archives libraries result)
     set(CMAKE_TRY_COMPILE_CONFIGURATION Release)
     try_compile(${result} ${CMAKE_BINARY_DIR}/hdf5_archives ${PROJECT_SOURCE_DIR}/cmake/uses_hdf5.f90
-        CMAKE_FLAGS -DINCLUDE_DIRECTORIES=${HDF5_Fortran_INCLUDE_DIRS}
+        CMAKE_FLAGS "-DINCLUDE_DIRECTORIES=${HDF5_Fortran_INCLUDE_DIRS}"
         LINK_LIBRARIES ${libraries})
     set(${result} ${${result}} PARENT_SCOPE)
 endfunction()
 
 set(GENTBEAM_HDF5_IS_STATIC OFF)
+find_hdf5_archives(archives)
 if(NOT GENTBEAM_STATIC_HDF5 STREQUAL "OFF")
-    find_hdf5_archives(archives)
     if(GENTBEAM_HDF5_FORTRAN_ARCHIVE AND GENTBEAM_HDF5_ARCHIVE)
         check_hdf5_archives("${archives}" GENTBEAM_HDF5_IS_STATIC)
     endif()
@@ -57,8 +57,18 @@ if(GENTBEAM_HDF5_IS_STATIC)
     target_link_libraries(gentbeam_hdf5 INTERFACE ${archives})
     set(gentbeam_has_zlib ${GENTBEAM_z_LIBRARY})
 else()
-    message(STATUS "HDF5 ${HDF5_VERSION}: shared")
-    target_link_libraries(gentbeam_hdf5 INTERFACE HDF5::HDF5)
+    # HDF5's part for Fortran can be an archive all the same: then no shared runtime of Fortran is needed.
+    set(archive_and_library ${GENTBEAM_HDF5_FORTRAN_ARCHIVE} ${HDF5_C_LIBRARIES})
+    if(GENTBEAM_HDF5_FORTRAN_ARCHIVE)
+        check_hdf5_archives("${archive_and_library}" GENTBEAM_HDF5_FORTRAN_IS_STATIC)
+    endif()
+    if(GENTBEAM_HDF5_FORTRAN_IS_STATIC)
+        message(STATUS "HDF5 ${HDF5_VERSION}: shared, and ${GENTBEAM_HDF5_FORTRAN_ARCHIVE}")
+        target_link_libraries(gentbeam_hdf5 INTERFACE ${archive_and_library})
+    else()
+        message(STATUS "HDF5 ${HDF5_VERSION}: shared")
+        target_link_libraries(gentbeam_hdf5 INTERFACE HDF5::HDF5)
+    endif()
 endif()
 
 # zlib has the checksums of the results file; HDF5 brings it along where it is built with it.

@@ -1,6 +1,7 @@
 !> Small text helpers: case, numbers as people write them, and the nearest of a set of names.
 module gb_text
-    use gb_kinds, only: wp
+    use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int
+    use gb_kinds, only: wp, i8
     implicit none
     private
 
@@ -19,6 +20,17 @@ module gb_text
     end interface to_text
 
     integer, parameter :: usual_digits = 6
+    integer, parameter :: most_digits = 17      !! that tell a number from its neighbours
+
+    interface
+        pure subroutine c_figures(number, count, figures, exponent) bind(c, name="gb_figures")
+            import :: c_char, c_double, c_int
+            real(c_double), value, intent(in) :: number
+            integer(c_int), value, intent(in) :: count
+            character(kind=c_char), intent(inout) :: figures(*)
+            integer(c_int), intent(out) :: exponent
+        end subroutine c_figures
+    end interface
 
 contains
 
@@ -48,10 +60,14 @@ contains
 
     pure integer function integer_length(number) result(length)
         integer, intent(in) :: number
-        character(24) :: buffer
+        integer(i8) :: rest
 
-        write (buffer, '(i0)') number
-        length = len_trim(buffer)
+        length = merge(2, 1, number < 0)
+        rest = abs(int(number, i8))/10
+        do while (rest > 0)
+            length = length + 1
+            rest = rest/10
+        end do
     end function integer_length
 
     pure integer function real_length(number, digits) result(length)
@@ -64,8 +80,16 @@ contains
     pure function integer_to_text(number) result(text)
         integer, intent(in) :: number
         character(integer_length(number)) :: text
+        integer(i8) :: rest
+        integer :: i
 
-        write (text, '(i0)') number
+        text = '-'
+        rest = abs(int(number, i8))
+        do i = len(text), 1, -1
+            text(i:i) = achar(iachar('0') + int(modulo(rest, 10_i8)))
+            rest = rest/10
+            if (rest == 0) exit
+        end do
     end function integer_to_text
 
     !> A real with 6 significant digits, trailing zeros dropped, as %g of C writes it.
@@ -90,41 +114,52 @@ contains
         real(wp), intent(in) :: number
         integer, intent(in) :: digits
         character(48) :: text
-        character(48) :: buffer
-        character(17) :: figures
-        integer :: nd, exponent, mark, first
+        character(most_digits) :: figures
+        character(:), allocatable :: minus
+        integer :: nd, exponent
 
-        nd = max(1, min(17, digits))
+        nd = max(1, min(most_digits, digits))
         if (.not. abs(number) <= huge(number)) then
             write (text, *) number
             text = adjustl(text)
             return
         end if
-        write (buffer, scientific_layout(nd)) number
-        buffer = adjustl(buffer)
-        mark = index(buffer, 'E')
-        exponent = small_integer(buffer(mark + 2:mark + 4))
-        if (buffer(mark + 1:mark + 1) == '-') exponent = -exponent
-        first = 1
-        if (buffer(1:1) == '-') first = 2
-        figures = buffer(first:first) // buffer(first + 2:mark - 1)
+        minus = ''
+        if (sign(1.0_wp, number) < 0.0_wp) minus = '-'
+        call find_figures(number, nd, figures, exponent)
         if (exponent < -3 .or. exponent >= max(nd, 6)) then
-            text = buffer(:mark - 1)
+            text = minus // figures(1:1) // '.' // figures(2:)
             call drop_zeros(text)
-            write (buffer, '(i0)') exponent
-            text = trim(text) // 'e' // buffer
+            text = trim(text) // 'e' // to_text(exponent)
         else if (exponent < 0) then
-            text = buffer(:first - 1) // '0.' // repeat('0', -exponent - 1) // figures
-            call drop_zeros(text)
-        else if (exponent < nd) then
-            text = buffer(:first - 1) // figures(:exponent + 1) // '.' // figures(exponent + 2:)
+            text = minus // '0.' // repeat('0', -exponent - 1) // figures
             call drop_zeros(text)
         else
-            write (text, '(f40.0)') number
-            text = adjustl(text)
+            ! All figures before the point are written, also where fewer were asked for. Rounded to these the
+            ! number may have been a power of ten that it is below.
+            if (exponent >= nd) then
+                nd = exponent + 1
+                call find_figures(number, nd, figures, exponent)
+                if (exponent < nd - 1) call find_figures(number, nd - 1, figures, exponent)
+            end if
+            text = minus // figures(:exponent + 1) // '.' // figures(exponent + 2:)
             call drop_zeros(text)
         end if
     end function written
+
+    !> The first significant figures of a finite number, rounded, with zeros behind them, and the power of ten
+    !> of the first one.
+    pure subroutine find_figures(number, n, figures, exponent)
+        real(wp), intent(in) :: number
+        integer, intent(in) :: n
+        character(most_digits), intent(out) :: figures
+        integer, intent(out) :: exponent
+        character(kind=c_char) :: found(most_digits)
+
+        found = '0'
+        call c_figures(real(number, c_double), int(n, c_int), found, exponent)
+        figures = transfer(found, figures)
+    end subroutine find_figures
 
     !> Zeros at the end behind a point mean nothing.
     pure subroutine drop_zeros(text)
@@ -139,26 +174,6 @@ contains
         text = text(:last)
         if (text == '' .or. text == '-') text = '0'
     end subroutine drop_zeros
-
-    !> The format of a real with so many significant digits.
-    pure function scientific_layout(digits) result(layout)
-        integer, intent(in) :: digits           !! 1 to 17
-        character(11) :: layout
-
-        layout = '(es32.' // achar(iachar('0') + (digits - 1)/10) // achar(iachar('0') &
-            + modulo(digits - 1, 10)) // 'e3)'
-    end function scientific_layout
-
-    !> A number of digits only.
-    pure integer function small_integer(digits) result(number)
-        character(*), intent(in) :: digits
-        integer :: i
-
-        number = 0
-        do i = 1, len(digits)
-            number = 10*number + iachar(digits(i:i)) - iachar('0')
-        end do
-    end function small_integer
 
     !> The shortest plain text that reads back as the same number.
     pure function exact_text(number) result(text)
