@@ -220,10 +220,10 @@ def peak_memory(gentbeam, count):
 
 @not_sanitized
 def test_memory_does_not_grow_with_the_members(gentbeam):
-    few, more = peak_memory(gentbeam, 2000), peak_memory(gentbeam, 10000)
-    assert more < 200
-    # The table itself is kept. A million rows are 125 times as many as these, and must stay below 200 MB.
-    assert more - few < 1.4
+    few, more = peak_memory(gentbeam, 2000), peak_memory(gentbeam, 50000)
+    # The table itself is kept. A million rows, 21 times as many as these, must stay below 200 MB. Memory
+    # comes in pages of up to 2 MB, which is why the difference of fewer rows would tell nothing.
+    assert more - few < 4
 
 
 @not_sanitized
