@@ -2,60 +2,65 @@
 !> docs/deck.md, in roff for the manual page.
 module gb_keywords
     use gb_commands, only: command_table
+    use gb_page, only: page_t
     use gb_schema, only: schema_t, form_t, key_t, split_words, kind_real, kind_integer, kind_reals, &
         kind_text, kind_choice, kind_choices, kind_name, kind_names, kind_formula, max_keyword
     use gb_values, only: join_words
     implicit none
     private
 
-    public :: print_keywords, print_keywords_roff, roff
+    public :: keyword_reference, add_keywords_roff, roff
 
     integer, parameter :: width = 100, margin = 4       !! of the plain text
 
 contains
 
-    !> Write the reference to an open unit.
-    subroutine print_keywords(unit, markdown)
-        integer, intent(in) :: unit
+    !> The reference as plain text or Markdown.
+    pure function keyword_reference(markdown) result(text)
         logical, intent(in) :: markdown
+        character(:), allocatable :: text
+        type(page_t) :: page
         type(schema_t) :: table
         integer :: i
 
         table = command_table()
         if (.not. markdown) then
-            write (unit, &
-                '(a)') 'Commands of the deck. A key marked * is required; of those marked + one at least;'
-            write (unit, '(a)') 'defaults stand in parentheses.'
+            call page%line('Commands of the deck. A key marked * is required; of those marked + one at ' // &
+                'least;')
+            call page%line('defaults stand in parentheses.')
         end if
         do i = 1, table%n_forms
             if (markdown) then
-                call print_section(unit, table, i)
+                call add_section(page, table, i)
             else
-                call print_form(unit, table, i)
+                call add_form(page, table, i)
             end if
         end do
-    end subroutine print_keywords
+        text = page%text
+    end function keyword_reference
 
     !> The reference as sub-sections of a manual page.
-    subroutine print_keywords_roff(unit)
-        integer, intent(in) :: unit
+    pure subroutine add_keywords_roff(page)
+        type(page_t), intent(inout) :: page
         type(schema_t) :: table
         integer :: form, key
 
         table = command_table()
         do form = 1, table%n_forms
-            write (unit, '(a)') '.SS "' // roff(usage(table%forms(form))) // '"', &
-                roff(trim(table%forms(form)%description))
+            call page%line('.SS "' // roff(usage(table%forms(form))) // '"')
+            call page%line(roff(trim(table%forms(form)%description)))
             do key = table%forms(form)%first_key, table%forms(form)%last_key
                 if (first_form_with(table, form, key) /= form) cycle
-                write (unit, '(a)') '.TP', '.B ' // roff(trim(label(table%keys(key)))), &
-                    roff(remark(table%keys(key)))
+                call page%line('.TP')
+                call page%line('.B ' // roff(trim(label(table%keys(key)))))
+                call page%line(roff(remark(table%keys(key))))
             end do
             if (len(shared_keys(table, form, '')) > 0) then
-                write (unit, '(a)') '.PP', roff(shared_keys(table, form, ''))
+                call page%line('.PP')
+                call page%line(roff(shared_keys(table, form, '')))
             end if
         end do
-    end subroutine print_keywords_roff
+    end subroutine add_keywords_roff
 
     !> A line of text, so that roff takes nothing in it for a command.
     pure function roff(text) result(safe)
@@ -81,25 +86,26 @@ contains
         end do
     end function roff
 
-    subroutine print_form(unit, table, form)
-        integer, intent(in) :: unit
+    pure subroutine add_form(page, table, form)
+        type(page_t), intent(inout) :: page
         type(schema_t), intent(in) :: table
         integer, intent(in) :: form
         integer :: i
 
-        write (unit, '(/,a)') usage(table%forms(form))
-        call print_wrapped(unit, repeat(' ', margin), trim(table%forms(form)%description))
+        call page%line('')
+        call page%line(usage(table%forms(form)))
+        call add_wrapped(page, repeat(' ', margin), trim(table%forms(form)%description))
         do i = table%forms(form)%first_key, table%forms(form)%last_key
             if (first_form_with(table, form, i) == form) &
-                call print_wrapped(unit, repeat(' ', margin) // label(table%keys(i)), remark(table%keys(i)))
+                call add_wrapped(page, repeat(' ', margin) // label(table%keys(i)), remark(table%keys(i)))
         end do
         if (len(shared_keys(table, form, '')) > 0) &
-            call print_wrapped(unit, repeat(' ', margin), shared_keys(table, form, ''))
-    end subroutine print_form
+            call add_wrapped(page, repeat(' ', margin), shared_keys(table, form, ''))
+    end subroutine add_form
 
     !> Text behind a heading, broken between words; further lines are indented as far as the heading is long.
-    subroutine print_wrapped(unit, heading, text)
-        integer, intent(in) :: unit
+    pure subroutine add_wrapped(page, heading, text)
+        type(page_t), intent(inout) :: page
         character(*), intent(in) :: heading, text
         integer :: first, last
 
@@ -110,37 +116,45 @@ contains
                 last = first - 1 + index(text(first:first + width - len(heading)), ' ', back=.true.)
             if (last < first) last = len(text)
             if (first == 1) then
-                write (unit, '(a)') heading // trim(text(:last))
+                call page%line(heading // trim(text(:last)))
             else
-                write (unit, '(a)') repeat(' ', len(heading)) // trim(text(first:last))
+                call page%line(repeat(' ', len(heading)) // trim(text(first:last)))
             end if
             first = last + 1
         end do
-    end subroutine print_wrapped
+    end subroutine add_wrapped
 
-    subroutine print_section(unit, table, form)
-        integer, intent(in) :: unit
+    pure subroutine add_section(page, table, form)
+        type(page_t), intent(inout) :: page
         type(schema_t), intent(in) :: table
         integer, intent(in) :: form
         logical :: own
         integer :: i
 
-        write (unit, '(a,/)') '### `' // usage(table%forms(form)) // '`'
-        write (unit, '(a,/)') trim(table%forms(form)%description)
+        call page%line('### `' // usage(table%forms(form)) // '`')
+        call page%line('')
+        call page%line(trim(table%forms(form)%description))
+        call page%line('')
         if (table%forms(form)%last_key < table%forms(form)%first_key) return
         own = any([(first_form_with(table, form, i) == form, i=table%forms(form)%first_key, &
                     table%forms(form)%last_key)])
-        if (own) write (unit, '(a)') '| key | default | takes | meaning |', '|---|---|---|---|'
+        if (own) then
+            call page%line('| key | default | takes | meaning |')
+            call page%line('|---|---|---|---|')
+        end if
         do i = table%forms(form)%first_key, table%forms(form)%last_key
             if (first_form_with(table, form, i) /= form) cycle
             associate (key => table%keys(i))
-                write (unit, '(a)') '| `' // trim(key%name) // '` | ' // default_text(key) // ' | ' // &
-                    takes(key) // ' | ' // trim(key%description) // ' |'
+                call page%line('| `' // trim(key%name) // '` | ' // default_text(key) // ' | ' // &
+                    takes(key) // ' | ' // trim(key%description) // ' |')
             end associate
         end do
-        if (own) write (unit, '(a)') ''
-        if (len(shared_keys(table, form, '`')) > 0) write (unit, '(a,/)') shared_keys(table, form, '`')
-    end subroutine print_section
+        if (own) call page%line('')
+        if (len(shared_keys(table, form, '`')) > 0) then
+            call page%line(shared_keys(table, form, '`'))
+            call page%line('')
+        end if
+    end subroutine add_section
 
     !> The first form of the same command whose key is the same in every respect, if there are many such: then
     !> the key is not described again. Else the form itself.

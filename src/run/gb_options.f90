@@ -80,6 +80,7 @@ contains
         do i = 1, size(exits)
             text = text // newline // '  ' // to_text(exits(i)%status) // '  ' // trim(exits(i)%meaning)
         end do
+        text = text // newline
     end function help_text
 
     !> "-o, --output NAME".

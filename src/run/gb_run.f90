@@ -1,19 +1,19 @@
 !> A run from the command line to the exit status: read, check, solve, say how it ended.
 module gb_run
-    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+    use, intrinsic :: iso_fortran_env, only: error_unit
     use gb_kinds, only: wp
     use gb_files, only: leaves_folder
     use gb_error, only: error_t, raise, status_ok, status_input, status_file, status_interrupted
     use gb_memory, only: memory_t
     use gb_checkpoint, only: checkpoint_t
-    use gb_text, only: to_text
+    use gb_text, only: to_text, newline
     use gb_version, only: program_version, git_revision
     use gb_colour, only: has_colours, colour_report, standard_error
     use gb_log, only: log_t
     use gb_make_choices, only: make_choices
     use gb_capacity, only: lacks_memory
     use gb_sketch, only: draw_model
-    use gb_posix, only: ignore_write_signals
+    use gb_posix, only: ignore_write_signals, write_output
     use gb_threads, only: use_one_blas_thread
     use gb_problem, only: problem_t
     use gb_state, only: state_t
@@ -23,10 +23,10 @@ module gb_run
     use gb_initial, only: initial_state
     use gb_task, only: run_task
     use gb_deck, only: read_deck, read_source, source_t, diagnostics_t, recipe_t
-    use gb_keywords, only: print_keywords
+    use gb_keywords, only: keyword_reference
     use gb_summary, only: print_summary
     use gb_options, only: help_text
-    use gb_manual, only: print_manual, print_completion
+    use gb_manual, only: manual_page, completion
     use gb_command_line, only: options_t, read_command_line
     use gb_merge_run, only: run_merge
     use gb_monitor, only: monitor_t
@@ -47,29 +47,18 @@ contains
         integer, intent(out) :: status
         type(options_t) :: options
         type(error_t), allocatable :: error
-        character(:), allocatable :: message
+        character(:), allocatable :: message, text
+        logical :: failed
 
         call ignore_write_signals()
         status = status_ok
         call read_command_line(options, error)
         if (.not. allocated(error)) then
-            if (options%show_help) then
-                write (output_unit, '(a)') help_text()
-                return
-            else if (options%show_version) then
-                write (output_unit, '(a)') 'gentbeam ' // program_version // ' (' // git_revision // ')'
-                return
-            else if (options%show_manual) then
-                call print_manual(output_unit)
-                return
-            else if (options%show_completion) then
-                call print_completion(output_unit)
-                return
-            else if (options%show_keywords) then
-                call print_keywords(output_unit, options%as_markdown)
-                return
-            end if
-            if (len(options%merge_into) > 0) then
+            text = asked_text(options)
+            if (len(text) > 0) then
+                call write_output(text, failed)
+                if (failed) call raise(error, status_file, 'standard output took no more')
+            else if (len(options%merge_into) > 0) then
                 call run_merge(options, error)
             else
                 call run_deck(options, status, error)
@@ -83,6 +72,25 @@ contains
             write (error_unit, '(a)') message
         end if
     end subroutine run_program
+
+    !> What the options ask to be printed in place of a run; empty: they ask for a run.
+    pure function asked_text(options) result(text)
+        type(options_t), intent(in) :: options
+        character(:), allocatable :: text
+
+        text = ''
+        if (options%show_help) then
+            text = help_text()
+        else if (options%show_version) then
+            text = 'gentbeam ' // program_version // ' (' // git_revision // ')' // newline
+        else if (options%show_manual) then
+            text = manual_page()
+        else if (options%show_completion) then
+            text = completion()
+        else if (options%show_keywords) then
+            text = keyword_reference(options%as_markdown)
+        end if
+    end function asked_text
 
     subroutine run_deck(options, status, error)
         type(options_t), intent(in) :: options
