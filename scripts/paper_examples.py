@@ -170,6 +170,11 @@ def deck_text(example, rule=None, load=1.0, static=False, **numbers):
     return replace(deck, r"^(?=OUTPUT\b)", probes, path)
 
 
+def deck_number(example, key):
+    """As a text, as the deck has it."""
+    return re.search(rf"\b{key}=(\S+)", deck_text(example)).group(1)
+
+
 def replace(deck, pattern, text, path):
     changed, count = re.subn(pattern, text, deck, flags=re.MULTILINE)
     if count == 0:

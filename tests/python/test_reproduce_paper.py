@@ -14,8 +14,11 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
+import paper_chapters  # noqa: E402
 import paper_examples  # noqa: E402
 import paper_report  # noqa: E402
+import paper_runs  # noqa: E402
+import paper_words  # noqa: E402
 from gentbeam_results import ResultsError  # noqa: E402
 from paper_continuum import Continuum, Strip, simpson  # noqa: E402
 from paper_examples import (  # noqa: E402
@@ -137,7 +140,7 @@ def test_distance_is_relative():
 def test_first_swing_is_not_the_largest():
     time = np.linspace(0.0, 2.0, 401)
     values = (1.0 - np.cos(2.0 * np.pi * time)) * (1.0 + 0.03 * time)
-    assert paper_report.first_swing(Curve(time, values)) == pytest.approx(2.03, abs=1e-3)
+    assert paper_runs.first_swing(Curve(time, values)) == pytest.approx(2.03, abs=1e-3)
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.deck)
@@ -179,14 +182,14 @@ def test_data_are_read_as_written_or_refused(tmp_path, monkeypatch):
 
 
 def test_small_loads_feel_the_modulus():
-    assert [round(paper_report.small_load_law(example, 0.5), 1) for example in EXAMPLES[:2]] == [29.1, 23.9]
-    assert paper_report.small_load_law(EXAMPLES[0], UNLIMITED) == pytest.approx(0.0)
+    assert [round(paper_runs.small_load_law(example, 0.5), 1) for example in EXAMPLES[:2]] == [29.1, 23.9]
+    assert paper_runs.small_load_law(EXAMPLES[0], UNLIMITED) == pytest.approx(0.0)
 
 
 def test_signs_of_per_cents():
-    assert paper_report.signed_percent(-0.001) == "0.00 %"
-    assert paper_report.signed_percent(-1.234) == "−1.23 %"
-    assert paper_report.signed_percent(1.0, 0) == "+1 %"
+    assert paper_words.signed_percent(-0.001) == "0.00 %"
+    assert paper_words.signed_percent(-1.234) == "−1.23 %"
+    assert paper_words.signed_percent(1.0, 0) == "+1 %"
 
 
 # ---- the page
@@ -228,9 +231,9 @@ def test_the_report_is_complete(tmp_path, monkeypatch, capsys):
         path.write_bytes(b"\x89PNG")
         return path
 
-    monkeypatch.setattr(paper_report.gentbeam_runs, "solve", swings)
+    monkeypatch.setattr(paper_runs.gentbeam_runs, "solve", swings)
     monkeypatch.setattr(paper_report, "program_version", lambda: "gentbeam 0.0")
-    monkeypatch.setattr(paper_report, "draw_shapes", draw_shapes)
+    monkeypatch.setattr(paper_chapters, "draw_shapes", draw_shapes)
     monkeypatch.setattr(sys, "argv", ["paper_report.py", "--output", str(tmp_path / "out")])
     paper_report.main()
     assert capsys.readouterr().out.endswith(f"wrote {tmp_path}/out/paper.html\n")
