@@ -21,6 +21,7 @@ module gb_block
     use gb_stage, only: stage_t
     use gb_system, only: system_t
     use gb_slots, only: slots_t, n_node
+    use gb_joints, only: joints_t
     use gb_linearised, only: linearised_t
     implicit none
     private
@@ -32,11 +33,7 @@ module gb_block
         real(wp), allocatable :: u_damping(:, :)
         real(wp), allocatable :: u_start(:, :)
         real(wp), allocatable :: f_external(:, :, :, :)     !! at outer ends, middles (lanes, 5, 2, slots)
-        integer, allocatable :: support(:)                  !! column of is_held (0:elements)
-        logical, allocatable :: is_held(:, :)               !! fields (5, 0:supports)
-        integer, allocatable :: joint(:, :)                 !! that of a step's nodes (2, steps + 1)
-        logical, allocatable :: meets_support(:)            !! whether a step does (steps + 1)
-        integer :: meeting = 0                              !! end node in which both ends of the beam meet
+        type(joints_t) :: joints                            !! of chunks, and of elements left over
         !> Whether what is kept of elements and joints leaves the caches before it is used; it is formed in
         !> the arrays' places 0 then, and put aside.
         logical :: is_put_aside = .false.
@@ -69,16 +66,16 @@ contains
     subroutine set_up(self, system)
         class(block_t), intent(inout) :: self
         type(system_t), intent(in) :: system
-        integer :: i, s, steps
+        integer :: i
 
         call self%slots%set_up(system)
+        call self%joints%set_up(system, self%slots)
         self%inertia%drag = system%rayleigh%mass
         self%inertia%is_full = self%slots%has_full_inertia
         self%is_exact = .not. self%slots%has_full_inertia
-        call find_supports(self, system)
-        steps = sum([((self%slots%n_used(s) + 1)/2, s=max(1, self%slots%chunk), self%slots%n_slots)])
-        allocate (self%kept(lanes, n_kept, 0:self%slots%n_slots), self%kept_joint(pair, n_kept_node, 0:steps &
-            + 1))
+        i = self%joints%steps + 1
+        allocate (self%kept(lanes, n_kept, 0:self%slots%n_slots), self%kept_joint(pair, n_kept_node, 0:i))
+        self%kept_joint(:, :, i) = 0.0_wp
         self%is_put_aside = storage_size(1.0_wp)/8*(size(self%kept, kind=i8) + size(self%kept_joint, &
             kind=i8)) > beyond_caches
         allocate (self%f_external(lanes, n_fields, 2, self%slots%n_slots))
@@ -89,58 +86,7 @@ contains
         associate (chunk => self%slots%chunk)
             allocate (self%kept_between(lanes, n_kept_node, 2:chunk), self%tie(lanes, n_block, 2:chunk))
         end associate
-        self%kept_joint(:, :, steps + 1) = 0.0_wp
-        call find_joints(self, steps)
     end subroutine set_up
-
-    !> Which fields of which end nodes are held; most nodes have column 0, which holds none.
-    subroutine find_supports(self, system)
-        class(block_t), intent(inout) :: self
-        type(system_t), intent(in) :: system
-        integer :: e, column
-
-        allocate (self%support(0:system%n_elements))
-        column = 0
-        do e = 0, system%n_elements
-            self%support(e) = 0
-            if (.not. any(system%fixed(n_node*e + 1:n_node*e + n_fields))) cycle
-            column = column + 1
-            self%support(e) = column
-        end do
-        allocate (self%is_held(n_fields, 0:column))
-        self%is_held(:, 0) = .false.
-        do e = 0, system%n_elements
-            column = self%support(e)
-            if (column > 0) self%is_held(:, column) = system%fixed(n_node*e + 1:n_node*e + n_fields)
-        end do
-    end subroutine find_supports
-
-    !> Which supports those end nodes have that are eliminated together, and at last the one in which both
-    !> ends of the beam meet.
-    subroutine find_joints(self, steps)
-        class(block_t), intent(inout) :: self
-        integer, intent(in) :: steps
-        integer :: s, l, step
-
-        allocate (self%joint(pair, steps + 1), self%meets_support(steps + 1))
-        associate (slots => self%slots)
-            l = 2*((slots%n_used(slots%n_slots) + 1)/2) - 1
-            self%meeting = slots%element(l, slots%n_slots)
-            self%joint(:, steps + 1) = self%support(self%meeting)
-            step = 0
-            do s = 1, slots%n_slots
-                if (s > 1 .and. s <= slots%chunk) cycle
-                do l = 1, slots%n_used(s), pair
-                    step = step + 1
-                    self%joint(1, step) = self%support(slots%outer(l, s))
-                    self%joint(2, step) = self%support(slots%outer(min(l + 1, lanes), s))
-                end do
-            end do
-        end associate
-        do step = 1, steps + 1
-            self%meets_support(step) = any(self%joint(:, step:min(step + 1, steps + 1)) > 0)
-        end do
-    end subroutine find_joints
 
     !> Put side by side what does not change from one iteration to the next.
     subroutine take_stage(self, stage)
@@ -306,14 +252,10 @@ contains
         real(wp), intent(inout) :: pivot(lanes)
         real(wp), dimension(lanes, n_fields) :: r, raw, inverse, free, next_free
         real(wp) :: k(lanes, n_triangle)
-        integer :: l, support(lanes)
 
         call join(before, part, self%f_external(:, :, 1, slot), k, r, raw)
-        do l = 1, lanes
-            support(l) = self%support(self%slots%outer(l, slot))
-        end do
-        if (any(support > 0)) then
-            free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, support)))
+        if (self%joints%has_support(self%slots%outer(:, slot))) then
+            free = self%joints%free_fields(self%slots%outer(:, slot))
             next_free = 1.0_wp
             call hold_between(free, next_free, k, part(1, at_lr + 1), r, raw)
             call hold_tie(free, chunk(1, at_lr + 1))
@@ -381,9 +323,9 @@ contains
             end if
             call enter(part(lane, 1), self%f_external(lane, 1, 1, outermost), k, rhs, raw, this_k, this_rhs, &
                 this_raw, c)
-            if (self%meets_support(step)) then
-                free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, self%joint(:, step))))
-                next_free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, self%joint(:, step + 1))))
+            if (self%joints%meets_support(step)) then
+                free = self%joints%free_fields(self%joints%nodes(:, step))
+                next_free = self%joints%free_fields(self%joints%nodes(:, step + 1))
                 call hold(free, next_free, this_k, c, this_rhs, this_raw)
             end if
             to = merge(0, step, self%is_put_aside)
@@ -443,19 +385,19 @@ contains
         real(wp) :: no_coupling(pair, n_fields, n_fields), free(pair, n_fields)
         integer :: last, i
 
-        last = size(self%meets_support)
+        last = self%joints%steps + 1
         do i = 1, n_triangle
             k(:, i) = k(1, i) + k(2, i)
         end do
         do i = 1, n_fields
-            associate (f => f_external(n_node*self%meeting + i))
+            associate (f => f_external(n_node*self%joints%meeting + i))
                 rhs(:, i) = rhs(1, i) + rhs(2, i) - f
                 raw(:, i) = raw(1, i) + raw(2, i) - f
             end associate
         end do
-        if (self%meets_support(last)) then
+        if (self%joints%meets_support(last)) then
             no_coupling = 0.0_wp
-            free = merge(0.0_wp, 1.0_wp, transpose(self%is_held(:, self%joint(:, last))))
+            free = self%joints%free_fields(self%joints%nodes(:, last))
             call hold(free, free, k, no_coupling, rhs, raw)
         end if
         self%end_residuals = max(self%end_residuals, abs(raw))
@@ -473,10 +415,10 @@ contains
 
         singular = merge(0, -1, self%is_trusted .or. self%may_be_indefinite)
         if (singular /= 0) return
-        step = size(self%meets_support)
+        step = self%joints%steps + 1
         next = 0.0_wp
         call back_substitute(self%kept_joint(:, :, step), next, x)
-        middle = n_node*self%meeting
+        middle = n_node*self%joints%meeting
         increment(middle + 1:middle + n_fields) = x(1, :)
         do s = self%slots%n_slots, max(1, self%slots%chunk), -1
             call solve_joints(self, s, x, step, du)
