@@ -7,7 +7,7 @@ per cent of the largest energy (negative: lost), or the part of the run after wh
 same goes beside each picture.
 
 examples:
-  stability_map.py                                   all scenes, into docs/pictures
+  stability_map.py                                   all scenes, into results/stability
   stability_map.py --quick -o /tmp/maps              every other step, one Jm
   stability_map.py --scene spinning --scene thin     two of them
 """
@@ -69,7 +69,11 @@ def parse_arguments():
     )
     parser.add_argument("--quick", action="store_true", help="every other step and the first Jm only")
     parser.add_argument(
-        "-o", "--output", metavar="FOLDER", default=str(ROOT / "docs" / "pictures"), help="(docs/pictures)"
+        "-o",
+        "--output",
+        metavar="FOLDER",
+        default=str(ROOT / "results" / "stability"),
+        help="(results/stability; those of docs/ are in docs/pictures)",
     )
     parser.add_argument(
         "--program",

@@ -15,6 +15,8 @@ stops paying. Written by `scripts/work_precision.py`, which also takes a deck of
 
     scripts/work_precision.py my.inp --probe tip -o charts
 
+It runs the deck some thousand times, which takes minutes; `--quick` gives a first look.
+
 ## In short
 
 - Take `newmark` with three-node elements and `rule=gauss`: down to the error that is marked "enough" it

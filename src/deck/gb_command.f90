@@ -11,6 +11,7 @@ module gb_command
     type, public :: value_t
         character(max_keyword) :: key = ''
         logical :: given = .false.
+        logical :: is_guess = .false.               !! given by a word that went wrong: not to be missed
         type(span_t) :: key_at                      !! place of the key
         type(span_t) :: at                          !! place of the value
         real(wp) :: number = 0.0_wp                 !! real, integer

@@ -258,6 +258,7 @@ contains
         if (number == 0) return
         if (command%values(number)%given) return
         command%values(number)%given = .true.
+        command%values(number)%is_guess = .true.
         command%values(number)%text = ''
         command%values(number)%key_at = at
         command%values(number)%at = at
@@ -283,11 +284,12 @@ contains
             call complain_of_key(name, statement%tokens(i)%at, table, diagnostics, command)
         else
             associate (value => command%values(key - table%forms(command%form)%first_key + 1))
-                if (value%given) then
+                if (value%given .and. .not. value%is_guess) then
                     call diagnostics%add(statement%tokens(i)%at, 'key ' // quoted(name) // &
                         ' is given twice', other=value%key_at, note='first given here')
                 else
                     value%given = .true.
+                    value%is_guess = .false.
                     value%text = ''
                     value%key_at = statement%tokens(i)%at
                     call parse_value(text, statement%tokens(i + 2), table%keys(key), parameters, &
@@ -401,13 +403,13 @@ contains
             command%title, hint=hint)
     end subroutine complain_of_word
 
-    !> Advice for a word that looks like the rest of the expression before it; else empty.
+    !> Advice for a word that looks like the rest of the number or expression before it; else empty.
     pure function blank_hint(text, statement, i) result(hint)
         character(*), intent(in) :: text
         type(statement_t), intent(in) :: statement
         integer, intent(in) :: i
         character(:), allocatable :: hint
-        character(*), parameter :: operators = '+-*/^('
+        character(*), parameter :: operators = '+-*/^(', digits = '0123456789'
         integer :: before, here
 
         hint = ''
@@ -417,6 +419,9 @@ contains
         here = statement%tokens(i)%at%first
         if (scan(text(before:before), operators) > 0 .or. scan(text(here:here), operators) > 0) &
             hint = 'a value holds no blanks, unless inside parentheses'
+        if (here == before + 2 .and. text(before + 1:before + 1) == ',' .and. scan(text(before:before), &
+            digits) > 0 .and. scan(text(here:here), digits) > 0) hint = 'decimals stand behind a point: ' &
+            // text(statement%tokens(i - 1)%at%first:before) // '.' // text(here:statement%tokens(i)%at%last)
     end function blank_hint
 
     !> Words and keys that must be given and are not.

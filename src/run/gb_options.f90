@@ -38,7 +38,7 @@ contains
             'run every N-th SWEEP member only, from the I-th on; auto: I and N from MPI or Slurm'), &
             option_entry_t('--merge', '', 'OUT', 'file', &
             'join the results of shards, named after OUT, into OUT.h5'), &
-            option_entry_t('--quiet', '-q', '', '', 'print less'), &
+            option_entry_t('--quiet', '-q', '', '', 'no log, errors only'), &
             option_entry_t('--verbose', '-v', '', '', 'print every Newton iteration'), &
             option_entry_t('--keywords', '', '', '', 'print the deck reference'), &
             option_entry_t('--markdown', '', '', '', 'the same as Markdown'), &

@@ -3,7 +3,7 @@
 module gb_sketch
     use gb_kinds, only: wp
     use gb_text, only: to_text
-    use gb_fields, only: n_fields, field_names, field_u1, field_u3, field_y1, field_y3
+    use gb_fields, only: n_fields, field_names, field_u1, field_u3, field_y1
     use gb_log, only: log_t
     use gb_model, only: model_t
     use gb_scene, only: point_names, distributed_names, gravity_names
@@ -177,11 +177,12 @@ contains
     end subroutine draw_supports
 
     !> One character for what a support holds: X clamped, A pinned, O on rollers, I sliding across, else ?.
+    !> The section turns by y1, whatever becomes of y3, the thickness.
     pure character(1) function mark_of(fixed) result(mark)
         logical, intent(in) :: fixed(n_fields)
         logical :: turns
 
-        turns = .not. (fixed(field_y1) .and. fixed(field_y3))
+        turns = .not. fixed(field_y1)
         mark = '?'
         if (fixed(field_u1) .and. fixed(field_u3)) mark = merge('A', 'X', turns)
         if (.not. fixed(field_u1) .and. fixed(field_u3) .and. turns) mark = 'O'

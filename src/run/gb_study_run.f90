@@ -38,6 +38,7 @@ module gb_study_run
         type(sweep_file_t) :: file
         type(log_t) :: log
         type(origin_t) :: origin
+        character(max_name), allocatable :: names(:)    !! of the parameters that vary
         character(:), allocatable :: ticket         !! path of the study's checkpoint
         integer :: earlier = 0                      !! members that an earlier run has finished
         integer :: wanted = 0                       !! members of this run
@@ -95,6 +96,7 @@ contains
         source%recipe = recipe
         source%sweep = problem%sweep
         source%names = problem%sweep%names()
+        monitor%names = source%names
         monitor%wanted = size(numbers)
         call print_head(monitor, problem, share, threads)
         call choose_batches(problem, size(numbers), threads, members_a_batch, batches_ahead)
@@ -329,6 +331,7 @@ contains
         class(study_monitor_t), intent(inout) :: self
         type(member_t), intent(inout) :: member
         type(error_t), allocatable, intent(out) :: error
+        character(:), allocatable :: named
         integer(i8) :: now, rate
 
         ! A signal has cut it short: it is to be run again.
@@ -337,13 +340,12 @@ contains
         if (allocated(error)) return
         self%taken = self%taken + 1
         if (member%outcome /= member_complete) then
-            if (.not. allocated(self%first_failure)) self%first_failure = 'member ' // &
-                to_text(member%number) &
-                // ': ' // member%message
+            named = name_of(self, member)
+            if (.not. allocated(self%first_failure)) self%first_failure = named // ': ' // member%message
             if (self%file%failed <= shown_failures) then
-                call self%log%line('  member ' // to_text(member%number) // ' failed: ' // member%message)
+                call self%log%line('  ' // named // ' failed: ' // member%message)
             else
-                call self%log%detail('  member ' // to_text(member%number) // ' failed: ' // member%message)
+                call self%log%detail('  ' // named // ' failed: ' // member%message)
             end if
         end if
         call self%log%show_bar(real(self%taken, wp)/real(self%wanted, wp))
@@ -355,6 +357,21 @@ contains
         self%last_line = now
         call self%log%line(progress_line(self, real(now - self%start, wp)/real(rate, wp)))
     end subroutine take
+
+    !> "member 3 (E = 12000, jm = 0.5)".
+    pure function name_of(self, member) result(text)
+        class(study_monitor_t), intent(in) :: self
+        type(member_t), intent(in) :: member
+        character(:), allocatable :: text
+        integer :: i
+
+        text = 'member ' // to_text(member%number) // ' ('
+        do i = 1, size(self%names)
+            if (i > 1) text = text // ', '
+            text = text // trim(self%names(i)) // ' = ' // to_text(member%values(i))
+        end do
+        text = text // ')'
+    end function name_of
 
     !> Members done, failed, the pace so far, and what it makes of the rest.
     pure function progress_line(self, seconds) result(text)

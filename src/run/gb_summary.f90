@@ -47,27 +47,46 @@ contains
                 // to_text(n_fields*model%mesh%n_nodes()) // ' unknowns, ' &
                 // to_text(count(model%fixed_fields())) // ' of them held')
             call print_supports(model, log)
-            call log%line('  loads:' // counted(size(model%point_loads), 'point') &
+            call log%line('  loads: ' // listed(counted(size(model%point_loads), 'point') &
                 // counted(size(model%distributed_loads), 'distributed') // counted(size(model%gravity), &
                 'gravity') // counted(size(model%prescribed), 'prescribed') // counted(size(model%initial), &
-                'initial'))
+                'initial')))
             if (model%damping%mass > 0.0_wp .or. model%damping%stiffness > 0.0_wp) then
                 call log%line('  damping: mass ' // to_text(model%damping%mass) // ', stiffness ' &
                     // to_text(model%damping%stiffness))
             end if
-            call log%line('  ' // to_text(size(problem%probes)) // ' probes, ' &
-                // to_text(size(problem%tasks)) // ' solution commands')
+            call log%line('  ' // number_of(size(problem%probes), 'probe') // ', ' &
+                // number_of(size(problem%tasks), 'solution command'))
         end associate
     end subroutine print_summary
 
-    !> " 2 point", or nothing where there are none.
+    !> "1 probe", "2 probes".
+    pure function number_of(number, what) result(text)
+        integer, intent(in) :: number
+        character(*), intent(in) :: what
+        character(:), allocatable :: text
+
+        text = to_text(number) // ' ' // what
+        if (number /= 1) text = text // 's'
+    end function number_of
+
+    !> What `counted` has put together, or "none".
+    pure function listed(parts) result(text)
+        character(*), intent(in) :: parts
+        character(:), allocatable :: text
+
+        text = 'none'
+        if (len(parts) > 0) text = parts(3:)
+    end function listed
+
+    !> ", 2 point", or nothing where there are none.
     pure function counted(number, what) result(text)
         integer, intent(in) :: number
         character(*), intent(in) :: what
         character(:), allocatable :: text
 
         text = ''
-        if (number > 0) text = ' ' // to_text(number) // ' ' // what
+        if (number > 0) text = ', ' // to_text(number) // ' ' // what
     end function counted
 
     function material_words(material) result(text)

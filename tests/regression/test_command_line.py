@@ -263,7 +263,7 @@ STOP
 def test_check_draws_the_model_to_scale(gentbeam):
     """61 columns for the beam: 5 a unit of length."""
     gentbeam("--check", deck=SCENE)
-    drawn = gentbeam.out.split("solution commands\n\n")[1]
+    drawn = gentbeam.out.split("0 probes, 1 solution command\n\n")[1]
     lines = drawn.splitlines()
     assert [line[14:] for line in lines[:5]] == [
         61 * "^",
@@ -281,6 +281,13 @@ def test_check_draws_the_model_to_scale(gentbeam):
     assert lines[6][14:] == "A" + 29 * " " + "O" + 29 * " " + "X"
     assert lines[7].split() == ["0", "6", "12"] and lines[7].index("6") == 44
     assert "- thinner" in lines[8] and len(lines) == 9
+
+
+@pytest.mark.parametrize("fields, mark", [("u1 u3", "A"), ("u1 u3 y1", "X"), ("u1 y1", "I"), ("u3", "O")])
+def test_check_draws_what_a_support_holds(gentbeam, fields, mark):
+    """y1 is the rotation; y3 is the thickness, which a clamp may leave free."""
+    gentbeam("--check", deck=small_deck().replace("CLAMP", f"FIX {fields}"))
+    assert 14 * " " + mark in gentbeam.out.splitlines()
 
 
 def test_check_draws_many_nodes(gentbeam):

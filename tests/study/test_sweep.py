@@ -133,13 +133,14 @@ def test_failures_are_told_and_the_others_go_on(gentbeam):
         )
         assert file.attrs["status"] == "complete"
     assert gentbeam.last_line().endswith("2 of 6 members complete, 4 failed")
-    assert "  member 3 failed: <stdin>:6:31: error: 'mu'" in gentbeam.out
+    assert "  member 3 (E = -1, jm = 1) failed: <stdin>:6:31: error: 'mu'" in gentbeam.out
 
 
 def test_all_failed(gentbeam):
     gentbeam(deck=study("SWEEP E=[-1 -2 -3]"), status=2)
     assert gentbeam.last_line().endswith("0 of 3 members complete, 3 failed")
-    assert gentbeam.err.startswith("gentbeam: error: all members failed; member 1: <stdin>:5:31: error:")
+    first = "member 1 (E = -1): <stdin>:5:31: error:"
+    assert gentbeam.err.startswith(f"gentbeam: error: all members failed; {first}")
     with gentbeam.results() as file:
         assert file.attrs["status"] == "failed" and file["sweep/status"][:].tolist() == [2, 2, 2]
 
