@@ -160,6 +160,8 @@ class Result(Mapping):
         self.parameters = dict(line.split("=", 1) for line in text("parameters").splitlines())
 
     def __getitem__(self, name):
+        if name not in self._arrays:
+            raise KeyError(f"no {name} in this run (there are: {', '.join(self._arrays)})")
         return self._arrays[name]
 
     def __iter__(self):
@@ -176,9 +178,10 @@ class Result(Mapping):
         for name in [command] if command else reversed(self.commands):
             if f"{name}/{path}" in self._arrays:
                 return name
-        known = sorted(
-            {key.split("/", 1)[1] for key in self if key.split("/")[0] in (command, *self.commands)}
-        )
+        if command and command not in self.commands:
+            raise KeyError(f"no command {command} in this run (there are: {', '.join(self.commands)})")
+        wanted = [command] if command else self.commands
+        known = sorted({key.split("/", 1)[1] for key in self if key.split("/")[0] in wanted})
         raise KeyError(f"no {path} in {command or 'this run'} (there are: {', '.join(known)})")
 
     def probe(self, name, command=None):

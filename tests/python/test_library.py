@@ -95,6 +95,10 @@ def test_ways_to_the_usual_arrays():
     assert result.x.tolist() == result["mesh/x"].tolist()
     with pytest.raises(KeyError, match="no probes/top in this run .there are: .*probes/tip"):
         result.probe("top")
+    with pytest.raises(KeyError, match="no command rest in this run .there are: static, "):
+        result.probe("tip", command="rest")
+    with pytest.raises(KeyError, match="no x/y in this run .there are: .*transient/probes/tip"):
+        result["x/y"]
 
 
 def test_a_deck_may_be_a_file_and_name_others(tmp_path):
