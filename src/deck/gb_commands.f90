@@ -67,7 +67,8 @@ contains
             'gent from the small-strain constants: mu=e/(2(1+nu)), c=e nu/(1-nu^2)-2 mu/jm.'))
         call real_number(table, 'e', required, above(0.0_wp), &
             "Young's modulus at small strain [force/length^2]")
-        call real_number(table, 'nu', required, inside(-1.0_wp, 0.5_wp), "Poisson's ratio at small strain")
+        call real_number(table, 'nu', required, inside(-1.0_wp, 0.5_wp), &
+            "Poisson's ratio at small strain; where it makes c <= 0 use gent")
         call real_number(table, 'beta', '-2', nonzero(100.0_wp), 'exponent of the volumetric energy')
         call real_number(table, 'jm', 'infinity', above(0.0_wp, limit=huge(1.0_wp)), &
             'limit of I1-2: how far chains can stretch')
