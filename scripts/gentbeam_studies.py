@@ -2,7 +2,8 @@
 
 with open_study("fit.h5") as study:
     study.names, study.values               # parameters, (members, parameters)
-    peak = study.summary("tip_max")         # .values with nan where a member has none, .unit, .description
+    peak = study.summary("tip_max")         # .values with nan where a member has none, .unit, .name, ...
+    study.summary("modal_frequency:2")      # of the second mode
     for number, group in study.members():   # complete ones, as Group of gentbeam_results
         group.history("tip")
 """
@@ -21,6 +22,7 @@ COMPLETE = 1
 class Summary:
     """One number a member."""
 
+    name: str
     values: np.ndarray
     unit: str
     description: str
@@ -58,18 +60,34 @@ class Study:
 
     @property
     def summaries(self):
-        """Summaries of one number a member."""
-        return [name for name, item in self._sweep["summary"].items() if item.ndim == 1]
+        """Summaries of one number a member, those of probes before frequencies, which end with their mode."""
+        items = self._sweep["summary"].items()
+        return [name for name, item in items if item.ndim == 1] + [
+            f"{name}:{mode}" for name, modes in self._frequencies.items() for mode in range(1, modes + 1)
+        ]
+
+    @property
+    def _frequencies(self):
+        """Of every MODAL its summary's name and how many modes it has."""
+        return {name: item.shape[1] for name, item in self._sweep["summary"].items() if item.ndim == 2}
 
     def summary(self, name):
+        """The summary of that name; of frequencies without a mode the first one."""
         known = {one.lower(): one for one in self.summaries}
-        if name.lower() not in known:
-            raise ResultsError(
-                f"{self.path}: no summary '{name}' (there are: {', '.join(self.summaries) or 'none'})"
-            )
-        data = self._sweep["summary"][known[name.lower()]]
-        values = np.where(self.complete, data[:], np.nan)
-        return Summary(values, unit_of(data), text(data.attrs.get("description", "")))
+        found = known.get(name.lower()) or known.get(f"{name.lower()}:1")
+        if found is None:
+            raise ResultsError(f"{self.path}: no summary '{name}' (there are: {self._choices() or 'none'})")
+        stored, _, mode = found.partition(":")
+        data = self._sweep["summary"][stored]
+        values = np.where(self.complete, data[:, int(mode) - 1] if mode else data[:], np.nan)
+        return Summary(found, values, unit_of(data), text(data.attrs.get("description", "")))
+
+    def _choices(self):
+        """All summaries in a line, the modes of a command from the first to the last."""
+        names = [name for name in self.summaries if ":" not in name]
+        for name, modes in self._frequencies.items():
+            names.append(f"{name}:1 to :{modes}" if modes > 1 else name)
+        return ", ".join(names)
 
     def members(self, group=None):
         """Number and solution of every complete member, in their order."""

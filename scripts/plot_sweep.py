@@ -6,6 +6,7 @@ examples:
   plot_sweep.py fit.h5 --kind response --against jm      a response against one of the parameters
   plot_sweep.py fit.h5 --kind family --probe tip         all histories, coloured by a parameter
   plot_sweep.py samples.h5 --response tip_time_of_max    another response
+  plot_sweep.py modes.h5 --response modal_frequency:2    the frequency of a MODAL's second mode
 """
 
 import argparse
@@ -47,7 +48,12 @@ def parse_arguments():
     parser = Parser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", metavar="FILE.h5", help="results of a deck with SWEEPs")
     parser.add_argument("--kind", choices=KINDS, help="what to draw (default: what suits the study)")
-    parser.add_argument("--response", metavar="NAME", help="a summary of /sweep (default: the first)")
+    parser.add_argument(
+        "--response",
+        metavar="NAME",
+        help="a summary of /sweep: PROBE_max, PROBE_min, PROBE_time_of_max, or COMMAND_frequency[:MODE] of a "
+        "MODAL, the first mode unless it says (default: the first summary)",
+    )
     parser.add_argument(
         "--against",
         action="append",
@@ -92,13 +98,16 @@ def is_grid(study, columns):
 
 def pick_response(study, args):
     if not study.summaries:
-        raise ResultsError(f"{study.path}: has no summaries of probes")
-    name = args.response or study.summaries[0]
-    return name, study.summary(name)
+        raise ResultsError(f"{study.path}: has no summaries of probes or frequencies")
+    return study.summary(args.response or study.summaries[0])
 
 
-def response_label(name, summary):
-    """ "largest u_3 at x = 10 (in)", from the dataset's name and description."""
+def response_label(summary):
+    """ "largest tip (in)" or "frequency of mode 2, modal (1/s)", from the summary's name."""
+    name, _, mode = summary.name.partition(":")
+    if mode:
+        command = escape(name.removesuffix("_frequency"))
+        return axis_label(f"frequency of mode {mode}, {command}", summary.unit)
     for ending in sorted(WORDS, key=len, reverse=True):
         if name.endswith("_" + ending):
             return axis_label(f"{WORDS[ending]} {escape(name[: -len(ending) - 1])}", summary.unit)
@@ -106,7 +115,7 @@ def response_label(name, summary):
 
 
 def collect_response(study, columns, args):
-    name, summary = pick_response(study, args)
+    summary = pick_response(study, args)
     column = columns[0] if columns else 0
     shown = study.complete
     others = np.delete(study.values, column, axis=1)
@@ -124,10 +133,10 @@ def collect_response(study, columns, args):
         curves.append(("", x, y))
     return {
         "x_label": f"${symbol(study.names[column])}$",
-        "y_label": response_label(name, summary),
+        "y_label": response_label(summary),
         "curves": curves,
         "points": len(sets) > MOST_CURVES,
-        "header": [study.names[column], name],
+        "header": [study.names[column], summary.name],
         "rows": [(a, b) for _, xs, ys in curves for a, b in zip(xs, ys)],
     }
 
@@ -161,7 +170,7 @@ def collect_family(study, columns, args):
 
 
 def collect_map(study, columns, args):
-    name, summary = pick_response(study, args)
+    summary = pick_response(study, args)
     if len(columns) < 2:
         columns = (columns + [i for i in range(len(study.names)) if i not in columns])[:2]
     if len(columns) != 2 or columns[0] == columns[1]:
@@ -173,11 +182,11 @@ def collect_map(study, columns, args):
     return {
         "x_label": f"${symbol(study.names[columns[0]])}$",
         "y_label": f"${symbol(study.names[columns[1]])}$",
-        "colour_label": response_label(name, summary),
+        "colour_label": response_label(summary),
         "x": x,
         "y": y,
         "z": z,
-        "header": [study.names[columns[0]], study.names[columns[1]], name],
+        "header": [study.names[columns[0]], study.names[columns[1]], summary.name],
         "rows": list(zip(x, y, z)),
     }
 

@@ -8,7 +8,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from conftest import ROOT
-from studies import study
+from studies import SHORT, study
 
 SCRIPTS = ROOT / "scripts"
 GRID = "SWEEP E=[11000 11500 12000 12500]\nSWEEP jm=[1 2 4 8 16]"
@@ -73,6 +73,30 @@ def test_a_response_in_curves(gentbeam, script):
     assert is_picture(gentbeam.folder / "curves.png")
     header, rows = table(gentbeam.folder / "curves.csv")
     assert header == ["jm", "tip_min"] and rows[:, 0].tolist() == [1, 2, 4, 8, 16] * 4
+
+
+def test_frequencies_are_responses(gentbeam, script):
+    solution = f"{SHORT}\nMODAL count=3\nMODAL count=1 name=again"
+    gentbeam("-q", deck=study(GRID, output="OUTPUT fields=none", solution=solution))
+    with gentbeam.results() as file:
+        stored = file["sweep/summary/modal_frequency"][:]
+    for asked, mode in (("modal_frequency", 1), ("Modal_Frequency:2", 2), ("modal_frequency:3", 3)):
+        script("plot_sweep.py", "gentbeam.h5", "--response", asked, "-o", "map.png", "--csv", "map.csv")
+        header, rows = table(gentbeam.folder / "map.csv")
+        assert header[2] == f"modal_frequency:{mode}" and (rows[:, 2] == stored[:, mode - 1]).all()
+    script("plot_sweep.py", "gentbeam.h5", "-o", "map.png", "--csv", "map.csv")
+    assert table(gentbeam.folder / "map.csv")[0][2] == "tip_max"
+    for asked in ("modal_frequency:4", "modal_frequency:0", "modal_frequency:x"):
+        script("plot_sweep.py", "gentbeam.h5", "--response", asked, "-o", "x.png", status=1)
+        assert "tip_u1_time_of_max, modal_frequency:1 to :3, again_frequency)" in script.err
+
+
+def test_a_study_of_frequencies_alone(gentbeam, script):
+    deck = study(GRID, output="OUTPUT fields=none", solution="MODAL count=2").replace("PROBE", "! PROBE")
+    gentbeam("-q", deck=deck)
+    script("plot_sweep.py", "gentbeam.h5", "-o", "map.png", "--csv", "map.csv")
+    assert is_picture(gentbeam.folder / "map.png")
+    assert table(gentbeam.folder / "map.csv")[0] == ["E", "jm", "modal_frequency:1"]
 
 
 def test_points_and_members_that_failed(gentbeam, script):
