@@ -3,6 +3,8 @@
 import os
 
 import matplotlib
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
 
 matplotlib.use("Agg")  # before pyplot is loaded: a batch node has no display
 import matplotlib.pyplot as plt  # noqa: E402
@@ -14,6 +16,10 @@ MILLIMETRES = 1.0 / 25.4
 
 # Okabe and Ito's colours, told apart by every kind of colour vision; yellow is too faint for a line.
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
+# Lines coloured by a number; the yellow end of viridis is too faint on paper.
+LINE_COLOURS = LinearSegmentedColormap.from_list(
+    "viridis_dark", matplotlib.colormaps["viridis"](np.linspace(0.0, 0.88, 256))
+)
 # One dash pattern fewer than colours, so that their pairs repeat late.
 DASHES = ("-", (0, (6, 2)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.4)), (0, (10, 2, 3, 2)), (0, (3, 1.2)))
 

@@ -18,6 +18,7 @@ from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap
 from matplotlib.patches import Circle, Polygon, Rectangle
 
 from gentbeam_pictures import (
+    LINE_COLOURS,
     MILLIMETRES,
     STYLE,
     add_picture_options,
@@ -32,10 +33,6 @@ from gentbeam_results import FIELDS, Parser, ResultsError, open_results, run_scr
 WIDTH = 120.0
 HEIGHTS = (45.0, 160.0)
 POINTS_PER_ELEMENT = 13
-# The yellow end of viridis is too faint on paper.
-COLOURS = LinearSegmentedColormap.from_list(
-    "viridis_dark", plt.get_cmap("viridis")(np.linspace(0.0, 0.88, 256))
-)
 
 # The beam at one time: points (n, 2) of mid-line and faces from end to end; no faces without a thickness.
 Shape = namedtuple("Shape", "time reference middle top bottom")
@@ -171,7 +168,7 @@ def draw(shapes, mesh, progress, title=None, size=None, supports=True):
     low, high = extent(shapes, mesh, supports)
     width, height = size or (WIDTH, fitting_height(low, high, len(shapes)))
     figure, axis = plt.subplots(layout="constrained", figsize=(width * MILLIMETRES, height * MILLIMETRES))
-    colours = COLOURS(np.linspace(0.0, 1.0, len(shapes))) if len(shapes) > 1 else [(0.0, 0.0, 0.0, 1.0)]
+    colours = LINE_COLOURS(np.linspace(0.0, 1.0, len(shapes))) if len(shapes) > 1 else [(0.0, 0.0, 0.0, 1.0)]
     for rank, (shape, colour) in enumerate(zip(shapes, colours)):
         draw_shape(axis, shape, colour, min(0.22, 1.5 / len(shapes)), zorder=2.0 + rank / len(shapes))
     if supports:

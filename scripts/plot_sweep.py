@@ -4,6 +4,7 @@
 examples:
   plot_sweep.py fit.h5                                   what suits: a curve, a map, or points
   plot_sweep.py fit.h5 --kind response --against jm      a response against one of the parameters
+  plot_sweep.py samples.h5 --kind response --against E --against h    the same, coloured by another
   plot_sweep.py fit.h5 --kind family --probe tip         all histories, coloured by a parameter
   plot_sweep.py samples.h5 --response tip_time_of_max    another response
   plot_sweep.py modes.h5 --response modal_frequency:2    the frequency of a MODAL's second mode
@@ -15,12 +16,14 @@ import os
 import sys
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import MaxNLocator
 
 from gentbeam_pictures import (
     COLOURS,
+    LINE_COLOURS,
     MILLIMETRES,
     STYLE,
     add_picture_options,
@@ -33,10 +36,11 @@ from gentbeam_pictures import (
 )
 from gentbeam_results import Parser, ResultsError, run_script, warn
 from gentbeam_studies import open_study
+from plot_tip import parameter_label
 
 KINDS = ("response", "family", "map")
 DEFAULT_SIZE = (120.0, 80.0)
-# More curves than colours cannot be told apart: then members are points.
+# More curves than these colours are coloured by a parameter.
 MOST_CURVES = len(COLOURS)
 # A parameter that spans so many times its smallest value is shown in logarithms.
 WIDE = 50.0
@@ -58,7 +62,8 @@ def parse_arguments():
         "--against",
         action="append",
         metavar="NAME",
-        help="a parameter; two of them for a map (default: the first)",
+        help="a parameter; a second one is the other axis of a map, the colour of a response (default: the "
+        "first ones)",
     )
     parser.add_argument("--probe", metavar="NAME", help="of a family (default: the first)")
     parser.add_argument(
@@ -115,27 +120,30 @@ def response_label(summary):
 
 
 def collect_response(study, columns, args):
+    """A curve for every set of values of the other parameters, or the members as points where those are
+    nearly all different; a parameter that colours them where they are too many for labels."""
     summary = pick_response(study, args)
     column = columns[0] if columns else 0
-    shown = study.complete
-    others = np.delete(study.values, column, axis=1)
-    sets, which = np.unique(others[shown], axis=0, return_inverse=True)
-    which = which.reshape(-1)
-    x, y = study.values[shown, column], summary.values[shown]
-    other_names = [one for i, one in enumerate(study.names) if i != column]
-    curves = []
-    if len(sets) <= MOST_CURVES:
-        for i, values in enumerate(sets):
-            order = np.argsort(x[which == i], kind="stable")
-            label = ", ".join(f"${symbol(n)}={v:.4g}$" for n, v in zip(other_names, values))
-            curves.append((label, x[which == i][order], y[which == i][order]))
-    else:
-        curves.append(("", x, y))
+    values, responses = study.values[study.complete], summary.values[study.complete]
+    others = [i for i in range(len(study.names)) if i != column]
+    colour = (columns[1:] + others + [column])[0]
+    sets, which = np.unique(values[:, others], axis=0, return_inverse=True)
+    points = len(sets) > max(MOST_CURVES, len(values) // 2)
+    curves, colours = [], []
+    for number in range(1 if points else len(sets)):
+        mine = np.arange(len(values)) if points else np.flatnonzero(which.reshape(-1) == number)
+        if not points:
+            mine = mine[np.argsort(values[mine, column], kind="stable")]
+        label = ", ".join(parameter_label(study.names[i], repr(float(values[mine[0], i])))[0] for i in others)
+        curves.append((label, values[mine, column], responses[mine]))
+        colours.append(values[mine, colour])
     return {
         "x_label": f"${symbol(study.names[column])}$",
         "y_label": response_label(summary),
+        "colour_label": f"${symbol(study.names[colour])}$",
         "curves": curves,
-        "points": len(sets) > MOST_CURVES,
+        "colours": colours if points or len(sets) > MOST_CURVES else None,
+        "points": points,
         "header": [study.names[column], summary.name],
         "rows": [(a, b) for _, xs, ys in curves for a, b in zip(xs, ys)],
     }
@@ -219,18 +227,35 @@ def draw(kind, picture, title=None, size=None):
 
 def draw_response(figure, axis, picture):
     curves = picture["curves"]
-    if picture["points"]:
-        _, x, y = curves[0]
-        # Many points are drawn as pixels also where the picture is of lines: the file stays small.
-        axis.plot(
-            x, y, ".", markersize=2, color=COLOURS[2], alpha=0.5, markeredgewidth=0, rasterized=len(x) > 2000
-        )
-    for i, (label, x, y) in enumerate(curves if not picture["points"] else ()):
-        axis.plot(x, y, "o-", markersize=2.5, color=COLOURS[i], label=label)
-    if len(curves) > 1:
-        axis.legend(frameon=False, fontsize=8)
+    if picture["colours"] is None:
+        for i, (label, x, y) in enumerate(curves):
+            axis.plot(x, y, "o-", markersize=2.5, color=COLOURS[i], label=label)
+        if len(curves) > 1:
+            axis.legend(frameon=False, fontsize=8)
+    else:
+        draw_coloured(figure, axis, picture)
     if is_wide(np.concatenate([x for _, x, _ in curves])):
         axis.set_xscale("log")
+
+
+def draw_coloured(figure, axis, picture):
+    """Points or curves in the colour of a parameter, which a bar tells."""
+    scale = ScalarMappable(scale_of(np.concatenate(picture["colours"])), LINE_COLOURS)
+    for (_, x, y), colours in zip(picture["curves"], picture["colours"]):
+        if picture["points"]:
+            draw_dots(axis, x, y, colours, scale.norm, LINE_COLOURS)
+        else:
+            axis.plot(x, y, "o-", markersize=2.5, color=scale.to_rgba(colours[0]))
+    figure.colorbar(scale, ax=axis, label=picture["colour_label"])
+
+
+def draw_dots(axis, x, y, colours, norm, colour_map):
+    """Dots the smaller the more there are; very many are drawn as pixels also where the picture is of lines,
+    so that the file stays small."""
+    area = float(np.clip(3000.0 / len(x), 3.0, 16.0))
+    return axis.scatter(
+        x, y, c=colours, s=area, cmap=colour_map, norm=norm, linewidths=0, rasterized=len(x) > 2000
+    )
 
 
 def scale_of(values):
@@ -268,9 +293,7 @@ def draw_map(figure, axis, picture):
         axis.clabel(lines, fontsize=6, fmt="%.3g")
     else:
         # Members that are missing, or scattered from the start: every one is a point of its own.
-        shown = axis.scatter(
-            x, y, c=z, s=8, cmap=COLOUR_MAP, norm=scale_of(z), linewidths=0, rasterized=len(z) > 2000
-        )
+        shown = draw_dots(axis, x, y, z, scale_of(z), LINE_COLOURS)
     if is_wide(columns):
         axis.set_xscale("log")
     if is_wide(rows):

@@ -7,7 +7,16 @@ import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.ticker import MaxNLocator
 
-from gentbeam_pictures import COLOURS, DASHES, MILLIMETRES, axis_label, draw_error_bar, escape, plt
+from gentbeam_pictures import (
+    COLOURS,
+    DASHES,
+    LINE_COLOURS,
+    MILLIMETRES,
+    axis_label,
+    draw_error_bar,
+    escape,
+    plt,
+)
 from gentbeam_strip import build_strip, places, strains
 from plot_shapes import draw_support, support_size
 
@@ -257,7 +266,7 @@ def shapes(mesh, times, fields, label, path):
     figure, (above, below) = plt.subplots(
         2, 1, layout="constrained", figsize=(WIDTH * MILLIMETRES, (2.0 * height + 26.0) * MILLIMETRES)
     )
-    shades = ListedColormap(plt.get_cmap("viridis")(np.linspace(0.0, 0.88, len(rows))))
+    shades = ListedColormap(LINE_COLOURS(np.linspace(0.0, 1.0, len(rows))))
     for number, row in enumerate(rows):
         above.plot(*outline(drawn[row]).T, color=shades(number), linewidth=0.8)
     scale = plt.cm.ScalarMappable(BoundaryNorm(np.arange(len(rows) + 1) - 0.5, len(rows)), shades)

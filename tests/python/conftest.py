@@ -51,6 +51,22 @@ class Builder:
             self.fill(file, **changes)
         return path
 
+    def write_study(self, name="study.h5", *, parameters, summaries, failed=()):
+        """A study without histories: names and values of the parameters, and of the summaries."""
+        path = self.folder / name
+        values = np.array(list(parameters.values()), dtype=float).T
+        status = np.array([2 if number in failed else 1 for number in range(len(values))])
+        with h5py.File(path, "w") as file:
+            file.attrs.update({"format": "gentbeam", "format_version": np.int32(1), "status": "complete"})
+            sweep = file.create_group("sweep")
+            dataset(sweep, "number", np.arange(1, len(values) + 1))
+            dataset(sweep, "parameters", values, names=list(parameters))
+            dataset(sweep, "status", status)
+            summary = sweep.create_group("summary")
+            for label, data in summaries.items():
+                dataset(summary, label, data, "in")
+        return path
+
     def fill(
         self,
         file,

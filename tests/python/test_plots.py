@@ -728,5 +728,5 @@ def test_shapes_are_coloured_by_time(shapes, builder, tmp_path):
     shapes.draws(builder.write(rows=5, end=4e-3), "--count", "3", "--no-supports")
     picture = matplotlib.image.imread(tmp_path / "picture.png")[:, :, :3]
     for place in (0.0, 0.5, 1.0):
-        near = np.abs(picture - plot_shapes.COLOURS(place)[:3]).max(axis=2) < 0.02
+        near = np.abs(picture - plot_shapes.LINE_COLOURS(place)[:3]).max(axis=2) < 0.02
         assert near.sum() > 1000, place
