@@ -24,6 +24,7 @@ from gentbeam_pictures import (
     STYLE,
     add_picture_options,
     axis_label,
+    draw_levels,
     escape,
     picture_path,
     plt,
@@ -205,7 +206,7 @@ def draw(names, values, squares, histories, measured, fit, labels, title=None, s
         1, 2, layout="constrained", figsize=(width * MILLIMETRES, height * MILLIMETRES)
     )
     if len(names) == 2:
-        draw_map(figure, left, values, measured, fit)
+        draw_map(figure, left, values, measured, fit, labels[2])
         left.set_ylabel(f"${symbol(names[1])}$")
     else:
         left.plot(values[:, 0], np.sqrt(squares / len(measured)), ".", markersize=4, color=COLOURS[2])
@@ -222,15 +223,15 @@ def draw(names, values, squares, histories, measured, fit, labels, title=None, s
     return figure
 
 
-def draw_map(figure, axis, values, measured, fit):
+def draw_map(figure, axis, values, measured, fit, unit):
     """The interpolated distance over two parameters, the members, and the fit in its ellipse."""
     ends = np.linspace(-1.0, 1.0, 81)
     grid = fit.unscaled(np.stack(np.meshgrid(ends, ends), axis=-1).reshape(-1, 2))
     shape = (len(ends), len(ends))
-    distance = np.log10(fit.distances(grid, measured[:, 1])).reshape(shape)
+    distance = fit.distances(grid, measured[:, 1]).reshape(shape)
     x, y = grid[:, 0].reshape(shape), grid[:, 1].reshape(shape)
-    shown = axis.contourf(x, y, distance, levels=24, cmap="viridis")
-    figure.colorbar(shown, ax=axis, label=r"$\log_{10}$ of the distance, rms")
+    label = axis_label("Distance, rms", unit)
+    draw_levels(figure, axis, x, y, distance, label, logarithmic=True, lines=False)
     axis.plot(values[:, 0], values[:, 1], ".", color="white", markersize=1)
     axis.plot(*fit.ellipse().T, color="white")
     axis.plot(*fit.values, "+", color="white")

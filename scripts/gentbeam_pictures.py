@@ -4,7 +4,9 @@ import os
 
 import matplotlib
 import numpy as np
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.colors import LinearSegmentedColormap, LogNorm
+from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import nonsingular
 
 matplotlib.use("Agg")  # before pyplot is loaded: a batch node has no display
 import matplotlib.pyplot as plt  # noqa: E402
@@ -13,6 +15,10 @@ from gentbeam_results import ResultsError  # noqa: E402
 
 FORMATS = ("png", "pdf", "svg")
 MILLIMETRES = 1.0 / 25.4
+# Colours of a map between two numbers on its bar.
+LEVELS_BETWEEN = 4
+# From a number on a line of a map to the edge, and half of that to the next number, as a part of the panel.
+ROOM_OF_A_LABEL = 0.06
 
 # Okabe and Ito's colours, told apart by every kind of colour vision; yellow is too faint for a line.
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
@@ -116,6 +122,71 @@ def error_bar_words(histories):
     if len(histories) > 1:
         return "bands and bars: estimated errors"
     return escape(f"estimated error: {bars[0].error_bar:.2g} {bars[0].unit}".rstrip())
+
+
+def draw_levels(figure, axis, x, y, z, label, logarithmic=False, lines=True):
+    """A map of z in colours, with a bar and white lines at round numbers."""
+    low, high = nonsingular(z.min(), z.max(), expander=0.01, tiny=1e-9)
+    marked = round_levels(low, high, logarithmic)
+    inward, outward = (np.log, np.exp) if logarithmic else (np.array, np.array)
+    steps = np.arange((len(marked) - 1) * LEVELS_BETWEEN + 1) / LEVELS_BETWEEN
+    levels = outward(np.interp(steps, np.arange(len(marked)), inward(marked)))
+    # The nearest ones outside z are the ends of the bar.
+    below, above = np.searchsorted(levels, low, "right") - 1, np.searchsorted(levels, high, "left")
+    levels = levels[max(below, 0) : above + 1]
+    norm = LogNorm(levels[0], levels[-1]) if logarithmic else None
+    shown = axis.contourf(x, y, z, levels=levels, norm=norm, cmap="viridis")
+    marked = [level for level in marked if levels[0] <= level <= levels[-1]]
+    bar = figure.colorbar(shown, ax=axis, label=label, ticks=marked)
+    bar.minorticks_off()
+    if logarithmic:
+        bar.set_ticks(marked, labels=[logarithmic_label(level) for level in marked])
+    if lines:
+        drawn = axis.contour(x, y, z, levels=marked, colors="white", linewidths=0.4, linestyles="solid")
+        figure.canvas.draw()  # settles where the lines run, for the labels' angles, and what the bar says
+        words = [tick.get_text() for tick in bar.ax.get_yticklabels()]
+        label_levels(axis, drawn, dict(zip(marked, words)))
+
+
+def round_levels(low, high, logarithmic):
+    """Some six round numbers, the first not above the lowest value, the last not below the highest."""
+    if logarithmic:
+        decades = np.log10(high / low)
+        factors = [1.0, 2.0, 5.0] if decades < 3.0 else [1.0]
+        first, last = int(np.floor(np.log10(low))), int(np.ceil(np.log10(high)))
+        step = max(1, int(np.ceil(decades / 7.0)))
+        levels = [factor * 10.0**power for power in range(first, last + step, step) for factor in factors]
+    else:
+        levels = MaxNLocator(nbins=6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+    levels = np.array(levels)
+    return levels[max(np.searchsorted(levels, low, "right") - 1, 0) : np.searchsorted(levels, high) + 1]
+
+
+def logarithmic_label(value):
+    power = int(np.floor(np.log10(value) + 1e-9))
+    if -3 <= power <= 3:
+        return f"{value:g}"
+    factor = round(value / 10.0**power)
+    return rf"$10^{{{power}}}$" if factor == 1 else rf"${factor} \times 10^{{{power}}}$"
+
+
+def label_levels(axis, lines, words):
+    """A number on every line at the place that is farthest from the edges and from the others' numbers;
+    none on a line that has no room for it."""
+    taken, places = [], []
+    to_panel = axis.transData + axis.transAxes.inverted()
+    for path in lines.get_paths():
+        if not len(path.vertices):
+            continue
+        points = to_panel.transform(path.vertices)
+        room = np.min([points[:, 0], 1.0 - points[:, 0], points[:, 1], 1.0 - points[:, 1]], axis=0)
+        for other in taken:
+            room = np.minimum(room, 0.5 * np.hypot(*(points - other).T))
+        best = int(np.argmax(room))
+        if room[best] > ROOM_OF_A_LABEL:
+            taken.append(points[best])
+            places.append(path.vertices[best])
+    axis.clabel(lines, fontsize=6, fmt=words, manual=places)
 
 
 def add_picture_options(parser, size_help):

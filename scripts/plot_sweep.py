@@ -28,6 +28,7 @@ from gentbeam_pictures import (
     STYLE,
     add_picture_options,
     axis_label,
+    draw_levels,
     escape,
     picture_path,
     plt,
@@ -44,6 +45,8 @@ DEFAULT_SIZE = (120.0, 80.0)
 MOST_CURVES = len(COLOURS)
 # A parameter that spans so many times its smallest value is shown in logarithms.
 WIDE = 50.0
+# Responses of a map, so many times.
+DECADES = 100.0
 COLOUR_MAP = "viridis"
 WORDS = {"max": "largest", "min": "smallest", "time_of_max": "time of the largest"}
 
@@ -207,8 +210,8 @@ def write_csv(path, picture):
             writer.writerow([repr(float(value)) if isinstance(value, float) else value for value in row])
 
 
-def is_wide(values):
-    return len(values) > 2 and values.min() > 0.0 and values.max() > WIDE * values.min()
+def is_wide(values, span=WIDE):
+    return len(values) > 2 and values.min() > 0.0 and values.max() > span * values.min()
 
 
 def draw(kind, picture, title=None, size=None):
@@ -258,9 +261,9 @@ def draw_dots(axis, x, y, colours, norm, colour_map):
     )
 
 
-def scale_of(values):
+def scale_of(values, span=WIDE):
     """How numbers become colours."""
-    if is_wide(values):
+    if is_wide(values, span):
         return LogNorm(values.min(), values.max())
     spread = 0.5 * max(abs(values.max()), 1e-300) * 1e-6 if values.max() == values.min() else 0.0
     return Normalize(values.min() - spread, values.max() + spread)
@@ -285,20 +288,18 @@ def draw_family(figure, axis, picture):
 def draw_map(figure, axis, picture):
     x, y, z = picture["x"], picture["y"], picture["z"]
     columns, rows = np.unique(x), np.unique(y)
-    if len(columns) * len(rows) == len(z) and min(len(columns), len(rows)) > 1:
-        grid = np.empty((len(rows), len(columns)))
-        grid[np.searchsorted(rows, y), np.searchsorted(columns, x)] = z
-        shown = axis.contourf(columns, rows, grid, levels=24, cmap=COLOUR_MAP)
-        lines = axis.contour(columns, rows, grid, levels=shown.levels[::4], colors="white", linewidths=0.4)
-        axis.clabel(lines, fontsize=6, fmt="%.3g")
-    else:
-        # Members that are missing, or scattered from the start: every one is a point of its own.
-        shown = draw_dots(axis, x, y, z, scale_of(z), LINE_COLOURS)
     if is_wide(columns):
         axis.set_xscale("log")
     if is_wide(rows):
         axis.set_yscale("log")
-    figure.colorbar(shown, ax=axis, label=picture["colour_label"])
+    if len(columns) * len(rows) == len(z) and min(len(columns), len(rows)) > 1:
+        grid = np.empty((len(rows), len(columns)))
+        grid[np.searchsorted(rows, y), np.searchsorted(columns, x)] = z
+        draw_levels(figure, axis, columns, rows, grid, picture["colour_label"], is_wide(z, DECADES))
+    else:
+        # Members that are missing, or scattered from the start: every one is a point of its own.
+        shown = draw_dots(axis, x, y, z, scale_of(z, DECADES), LINE_COLOURS)
+        figure.colorbar(shown, ax=axis, label=picture["colour_label"])
 
 
 if __name__ == "__main__":

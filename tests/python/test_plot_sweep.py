@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from test_plots import Script
 
+import gentbeam_pictures
 import plot_sweep
 
 
@@ -59,3 +60,61 @@ def test_one_parameter_makes_one_curve(sweep, builder):
     assert axis.get_legend() is None
     (line,) = axis.lines
     assert line.get_xydata().tolist() == [[1.0, 1.0], [2.0, 4.0], [3.0, 9.0]]
+
+
+def draw_map(sweep, builder, response):
+    study = crossed(mu=np.linspace(1.0, 2.0, 9), jm=np.linspace(2.0, 6.0, 7))
+    path = builder.write_study(
+        parameters=study, summaries={"tip_max": response(study["mu"] - 1.0, (study["jm"] - 2.0) / 4.0)}
+    )
+    return sweep.draws(path).axes
+
+
+@pytest.mark.parametrize(
+    "response",
+    [
+        lambda x, y: 5.0 - x + y * y,
+        lambda x, y: np.exp(9.0 * x - y),
+        lambda x, y: np.hypot(x - 0.5, y - 0.5),
+        lambda x, y: -1e-5 * (x**8 + y),
+        lambda x, y: 3.0 + 0.0 * x,
+    ],
+    ids=["slope", "decades", "bowl", "edge", "flat"],
+)
+def test_numbers_of_a_map_are_whole_and_apart(sweep, builder, response):
+    axis, _ = draw_map(sweep, builder, response)
+    panel = axis.get_window_extent()
+    boxes = [words.get_window_extent() for words in axis.texts]
+    for number, box in enumerate(boxes):
+        assert panel.x0 < box.x0 and box.x1 < panel.x1 and panel.y0 < box.y0 and box.y1 < panel.y1
+        assert not any(box.overlaps(other) for other in boxes[:number])
+
+
+def test_lines_of_a_map_stand_at_the_round_numbers_of_its_bar(sweep, builder):
+    axis, bar = draw_map(sweep, builder, lambda x, y: 0.27 + 0.49 * x + 0.36 * y)
+    assert [tick for tick in bar.get_yticks()] == pytest.approx([0.4, 0.6, 0.8, 1.0])
+    labels = [words.get_text() for words in bar.get_yticklabels()]
+    assert sorted(words.get_text() for words in axis.texts) == sorted(labels)
+
+
+def test_decades_of_a_map_are_colours_in_logarithms(sweep, builder):
+    axis, bar = draw_map(sweep, builder, lambda x, y: 10.0 ** (-5.0 + 4.0 * x + y))
+    assert isinstance(axis.collections[0].norm, matplotlib.colors.LogNorm)
+    labels = [words.get_text() for words in bar.get_yticklabels()]
+    assert labels == ["$10^{-5}$", "$10^{-4}$", "0.001", "0.01", "0.1", "1"]
+    axis, _ = draw_map(sweep, builder, lambda x, y: 1.0 + 90.0 * x)
+    assert not isinstance(axis.collections[0].norm, matplotlib.colors.LogNorm)
+
+
+@pytest.mark.parametrize(
+    "low, high, logarithmic, levels",
+    [
+        (4.86, 5.88, False, [4.8, 5.0, 5.2, 5.4, 5.6, 5.8, 6.0]),
+        (-1.92, 0.03, False, [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5]),
+        (0.011, 1.2, True, [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0]),
+        (0.01, 30.0, True, [0.01, 0.1, 1.0, 10.0, 100.0]),
+        (1e-9, 1.0, True, [1e-9, 1e-7, 1e-5, 1e-3, 1e-1, 10.0]),
+    ],
+)
+def test_round_levels(low, high, logarithmic, levels):
+    assert gentbeam_pictures.round_levels(low, high, logarithmic) == pytest.approx(levels)
