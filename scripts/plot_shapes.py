@@ -2,8 +2,9 @@
 """Draws the deformed beam, with its thickness, at chosen times of a gentbeam results file.
 
 examples:
-  plot_shapes.py cantilever.h5                       six times, evenly spaced
+  plot_shapes.py cantilever.h5                       the seven shapes that differ most
   plot_shapes.py cantilever.h5 --times 0 2e-3 4e-3   the stored rows nearest to these times
+  plot_shapes.py stiff.h5 --scale 50                 displacements enlarged, which the title says
 """
 
 import argparse
@@ -31,6 +32,7 @@ from gentbeam_pictures import (
 from gentbeam_results import FIELDS, Parser, ResultsError, open_results, run_script, warn, warn_if_incomplete
 
 WIDTH = 120.0
+SHAPES = 7
 HEIGHTS = (45.0, 160.0)
 POINTS_PER_ELEMENT = 13
 
@@ -49,7 +51,13 @@ def parse_arguments():
         "--times", nargs="+", type=float, metavar="T", help="times (of a static solution: load factors)"
     )
     chosen.add_argument(
-        "--count", type=int, default=6, metavar="N", help="this many, evenly spaced (default: 6)"
+        "--count",
+        type=int,
+        metavar="N",
+        help=f"this many, evenly spaced (default: the {SHAPES} that differ most)",
+    )
+    parser.add_argument(
+        "--scale", type=float, default=1.0, metavar="FACTOR", help="enlarge displacements, also in --csv"
     )
     parser.add_argument(
         "--thickness", type=float, metavar="H", help="the beam's thickness, where the file has none"
@@ -59,8 +67,10 @@ def parse_arguments():
         parser, f"width and height in millimetres (default: {WIDTH:g} and what the shapes need)"
     )
     args = parser.parse_args()
-    if args.count < 1:
+    if args.count is not None and args.count < 1:
         parser.error("--count must be at least 1")
+    if not (args.scale > 0.0 and np.isfinite(args.scale)):
+        parser.error("--scale must be positive")
     if args.thickness is not None and not args.thickness > 0.0:
         parser.error("--thickness must be positive")
     return args
@@ -80,13 +90,17 @@ def main():
             mesh.thickness = np.full(len(mesh.elements), args.thickness)
         elif mesh.thickness is None:
             warn(f"{results.path}: has no /mesh/thickness; drawing the mid-line (see --thickness)")
-        rows = choose_rows(times, args.times, args.count, results.path)
-        shapes = [deform(mesh, times[row], fields[row]) for row in rows]
+        if args.times is None and args.count is None:
+            rows = distinct_rows(fields, SHAPES)
+        else:
+            rows = choose_rows(times, args.times, args.count, results.path)
+        shapes = [enlarge(mesh, deform(mesh, times[row], fields[row]), args.scale) for row in rows]
         progress = axis_label(group.progress_name, group.progress_unit)
     if args.csv:
         write_csv(args.csv, shapes)
     with plt.rc_context(STYLE):
-        figure = draw(shapes, mesh, progress, args.title, args.size, supports=not args.no_supports)
+        title = scaled_title(args.title, args.scale)
+        figure = draw(shapes, mesh, progress, title, args.size, supports=not args.no_supports)
         save_picture(figure, path)
 
 
@@ -101,6 +115,28 @@ def choose_rows(times, wanted, count, path):
                 f"{path}: time {time:g} is outside the solution ({times.min():g} to {times.max():g})"
             )
     return list(dict.fromkeys(int(np.argmin(np.abs(times - time))) for time in wanted))
+
+
+def distinct_rows(fields, count):
+    """The first row, and one after another those whose displacements are farthest from all chosen; in order.
+
+    Rows evenly spaced in time would catch a periodic motion at the same phases again and again.
+    """
+    displacements = fields[:, :, :2].reshape(len(fields), -1)
+    rows, nearest = [0], np.full(len(fields), np.inf)
+    while len(rows) < count:
+        distances = np.linalg.norm(displacements - displacements[rows[-1]], axis=1)
+        nearest = np.fmin(nearest, distances)
+        nearest[rows] = 0.0
+        if not np.nanmax(nearest) > 0.0:
+            break
+        rows.append(int(np.nanargmax(nearest)))
+    return sorted(rows)
+
+
+def scaled_title(title, scale):
+    said = "" if scale == 1.0 else f"displacements {scale:g} times as large"
+    return f"{title} ({said})" if title and said else title or said
 
 
 def shape_functions(nodes, points):
@@ -148,6 +184,18 @@ def deform(mesh, time, fields):
         bottom.append(line + (-half + stretch * half**2) * director)
     faces = (np.concatenate(top), np.concatenate(bottom)) if top else (None, None)
     return Shape(float(time), np.concatenate(reference), np.concatenate(middle), *faces)
+
+
+def enlarge(mesh, shape, scale):
+    """The shape with the displacement of every point, from where it is at rest, times `scale`."""
+    if scale == 1.0:
+        return shape
+    rest = deform(mesh, shape.time, np.zeros((len(mesh.x), len(FIELDS))))
+    parts = [
+        start if start is None else start + scale * (place - start)
+        for start, place in zip(rest[2:], shape[2:])
+    ]
+    return Shape(shape.time, shape.reference, *parts)
 
 
 def write_csv(path, shapes):

@@ -18,10 +18,9 @@ from gentbeam_pictures import (
     plt,
 )
 from gentbeam_strip import build_strip, places, strains
-from plot_shapes import draw_support, support_size
+from plot_shapes import SHAPES, distinct_rows, draw_support, support_size
 
 WIDTH = 170.0
-SHAPES = 7
 MODES = 6
 ENERGIES = ("kinetic", "strain", "external", "dissipated")
 
@@ -240,10 +239,6 @@ def solver(record, progress):
     return figure
 
 
-def evenly(count, wanted):
-    return np.unique(np.linspace(0, count - 1, min(count, wanted)).round().astype(int))
-
-
 def draw_strip(axis, strip, place, values, look):
     for first, end in zip(strip.ends, strip.ends[1:]):
         x, z = place[first:end, :, 0], place[first:end, :, 1]
@@ -252,9 +247,9 @@ def draw_strip(axis, strip, place, values, look):
 
 
 def shapes(mesh, times, fields, label, path):
-    """Above, the strip at some of its rows; below, the one of the largest strain, coloured by E11."""
+    """Above, the strip at rows that differ most; below, the one of the largest strain, coloured by E11."""
     strip = build_strip(mesh, path)
-    rows = evenly(len(times), SHAPES)
+    rows = distinct_rows(fields, SHAPES)
     drawn = {row: places(strip, fields[row]) for row in rows}
     largest = max(range(len(times)), key=lambda row: np.abs(strains(strip, fields[row])["E11"]).max())
     values = strains(strip, fields[largest])["E11"]

@@ -593,6 +593,38 @@ def test_rows_nearest_to_the_times(shapes, builder):
     assert [float(time) for time in drawn] == pytest.approx([0.0, 0.5, 1.0])
 
 
+def test_shapes_that_differ_most_are_the_default(shapes, builder):
+    """Six even steps would be half a period each, and show two shapes only."""
+    path = builder.write(rows=97, end=2.4e-2, period=8e-3)
+    drawn = shapes.numbers(path)
+    times = np.array(list(dict.fromkeys(float(row["time"]) for row in drawn)))
+    assert len(times) == 7 and times[0] == 0.0 and np.all(np.diff(times) > 0.0)
+    tips = np.array([float(row["middle_x3"]) for row in drawn if float(row["X1"]) == LENGTH])
+    heights = np.sort(tips)
+    assert np.diff(heights).min() > 0.08 * heights.max()
+    assert heights.max() == pytest.approx((1.0 - np.cos(1.2)) / 0.12)
+
+
+def test_shapes_that_are_all_the_same_are_drawn_once(shapes, builder):
+    assert {row["time"] for row in shapes.numbers(builder.write(curvature=0.0))} == {"0.0"}
+
+
+@pytest.mark.parametrize("changes", [{"xi": 0.3}, {"fields": 2}, {"thickness": None}])
+def test_displacements_enlarged(shapes, builder, changes):
+    path = builder.write(**changes)
+    plain = shapes.numbers(path, "--times", "4e-3")
+    large = shapes.numbers(path, "--times", "4e-3", "--scale", "2.5")
+    assert shapes.figures[-1].axes[0].get_title() == "displacements 2.5 times as large"
+    x = np.stack([column(plain, "X1"), np.zeros(len(plain))], axis=1)
+    for part, height in (("middle", 0.0), ("top", 0.5), ("bottom", -0.5)):
+        if part == "middle" or "thickness" not in changes:
+            rest = x + [0.0, height]
+            assert np.allclose(points(large, part), rest + 2.5 * (points(plain, part) - rest), atol=1e-12)
+    figure = shapes.draws(path, "--scale", "2", "--title", "A beam")
+    assert figure.axes[0].get_title() == "A beam (displacements 2 times as large)"
+    assert "--scale must be positive" in shapes.refuses(path, "--scale", "0")
+
+
 def test_time_outside_the_solution(shapes, builder):
     assert shapes.refuses(builder.write(end=1.0), "--times", "0.5", "1.2").endswith(
         "time 1.2 is outside the solution (0 to 1)"
