@@ -275,8 +275,14 @@ class Results:
         ]
         return sorted(found, key=lambda group: group.order)
 
+    def refuse_study(self):
+        """Says of a study's file, which has no solution of its own, what draws it."""
+        if "sweep" in self._file:
+            raise ResultsError(f"{self.path}: is a study of many members; scripts/plot_sweep.py draws it")
+
     def group(self, name=None):
         """The solution of that name, or else the first that has a course in time or load."""
+        self.refuse_study()
         groups = self.groups
         available = ", ".join(f"{group.name} ({group.kind})" for group in groups) or "none"
         if name is not None:

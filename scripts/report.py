@@ -50,6 +50,7 @@ def main():
     args = parser.parse_args()
     path = args.output or os.path.splitext(args.file)[0] + ".html"
     with open_results(args.file) as results, plt.rc_context({**STYLE, "svg.fonttype": "path"}):
+        results.refuse_study()
         page = Page(results).html()
     with open(path, "w", encoding="utf-8") as stream:
         stream.write(page)

@@ -173,6 +173,14 @@ def test_what_does_not_suit(gentbeam, script):
     assert not (gentbeam.folder / "x.png").exists()
 
 
+@pytest.mark.parametrize("name", ["report.py", "plot_tip.py", "plot_shapes.py", "animate.py"])
+def test_scripts_for_single_runs_name_the_one_for_studies(gentbeam, script, name):
+    gentbeam("-q", deck=study(GRID))
+    script(name, "gentbeam.h5", status=1)
+    words = "gentbeam.h5: is a study of many members; scripts/plot_sweep.py draws it"
+    assert script.err == f"{name}: error: {words}\n"
+
+
 def test_the_worked_example_finds_its_parameters(gentbeam, script):
     gentbeam("-q", "--threads", 2, ROOT / "input" / "fit.inp")
     script("fit_sweep.py", "fit.h5", "--data", ROOT / "input" / "fit_tip.csv", "-o", "fit.png")
