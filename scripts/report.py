@@ -12,12 +12,13 @@ import base64
 import html
 import io
 import os
+import re
 
 import numpy as np
 
 import report_pictures as pictures
 from gentbeam_pictures import STYLE, axis_label, plt
-from gentbeam_results import Parser, ResultsError, open_results, run_script
+from gentbeam_results import FIELDS, HISTORY_KINDS, Parser, ResultsError, open_results, run_script
 
 STYLES = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1b1f24; background: #fff; max-width: 60rem;
@@ -88,6 +89,13 @@ def finding(rung):
     if not rung["compared_with"]:
         return "", rung["source"]
     return f"{rung['change']:.3g}", f"{rung['source']}, from {rung['compared_with']}"
+
+
+def heading(group):
+    """Name, kind and scheme of a command, each once."""
+    kind = "" if group.name == group.kind else group.kind
+    words = ", ".join(word for word in (kind, group.scheme) if word)
+    return f"{group.name}: {words}" if words else group.name
 
 
 class Page:
@@ -184,10 +192,7 @@ class Page:
         )
 
     def solution(self, group):
-        words = f"{group.kind}, {group.scheme}" if group.scheme else group.kind
-        lines = [
-            f'<h2 id="{pictures.plain(group.name)}">{html.escape(group.name)}: {html.escape(words)}</h2>'
-        ]
+        lines = [f'<h2 id="{pictures.plain(group.name)}">{html.escape(heading(group))}</h2>']
         if group.kind == "modal":
             return "\n".join(lines + self.modal(group))
         progress = axis_label(group.progress_name, group.progress_unit)
@@ -204,8 +209,24 @@ class Page:
         frequency, modes = group.array("frequency"), group.array("modes")
         unit = group.unit("frequency")
         rows = [(i + 1, f"{value:.7g}", f"{2.0 * np.pi * value:.7g}") for i, value in enumerate(frequency)]
-        drawn = picture(pictures.modes(self.mesh, frequency, modes, unit), "the first modes along the beam")
-        return [drawn, table(rows, ("mode", axis_label("frequency", unit), "angular"), 1)]
+        state, said = self.state_before(group), []
+        if state is None:
+            state = np.zeros((len(self.mesh.x), len(FIELDS)))
+            said = ["<p>The file does not hold the shape of the beam here: drawn on the straight beam.</p>"]
+        figure = pictures.modes(self.mesh, state, frequency, modes, unit)
+        drawn = picture(figure, "the first modes, on the beam as it is")
+        return [drawn, *said, table(rows, ("mode", axis_label("frequency", unit), "angular"), 1)]
+
+    def state_before(self, group):
+        """The fields that the commands before this one have left; None where the file does not hold them."""
+        before = [
+            one for one in self.results.groups if one.order < group.order and one.kind in HISTORY_KINDS
+        ]
+        if before:
+            return before[-1].displacements()[1][-1] if before[-1].has("u") else None
+        if re.search(r"^\s*INITIAL\s+displacement", self.results.deck, re.IGNORECASE | re.MULTILINE):
+            return None
+        return np.zeros((len(self.mesh.x), len(FIELDS)))
 
     def probes(self, group, progress):
         names = group.probes[:MOST_PROBES]

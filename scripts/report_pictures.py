@@ -18,10 +18,12 @@ from gentbeam_pictures import (
     plt,
 )
 from gentbeam_strip import build_strip, places, strains
-from plot_shapes import SHAPES, distinct_rows, draw_support, support_size
+from plot_shapes import SHAPES, deform, distinct_rows, draw_support, support_size
 
 WIDTH = 170.0
 MODES = 6
+# Of the beam's length: the largest displacement of a mode as drawn.
+MODE_SIZE = 0.15
 ENERGIES = ("kinetic", "strain", "external", "dissipated")
 
 
@@ -208,7 +210,8 @@ def energies(time, ledger, unit, progress):
     figure, (left, right) = new_figure(58.0, 2, width_ratios=(2, 1))
     for number, name in enumerate(ENERGIES):
         left.plot(time, ledger[name], color=COLOURS[number], linestyle=DASHES[number], label=name)
-    left.legend(frameon=False, fontsize=7)
+    # Above the curves, which fill the panel.
+    left.legend(frameon=False, fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(ENERGIES))
     left.set_ylabel(axis_label("energy", unit))
     right.plot(time, ledger["balance"], color=COLOURS[1])
     right.axhline(0.0, color="0.6", linewidth=0.4, zorder=0)
@@ -298,29 +301,45 @@ def limits(shown, mesh):
     return low - margin, high + margin
 
 
-def modes(mesh, frequency, shapes_of, unit):
+def modes(mesh, state, frequency, shapes_of, unit):
+    """The mid-line in a state (fields of all nodes), and on it the first modes, all to one scale."""
     count = min(MODES, len(frequency))
+    columns, rows = min(3, count), -(-count // 3)
+    moved = [state + MODE_SIZE * np.ptp(mesh.x) * shape for shape in shapes_of[:count]]
+    lines = [deform(mesh, 0.0, fields).middle for fields in (state, *moved)]
+    low, high = mode_limits(lines)
+    width = WIDTH / columns - 6.0
+    height = float(np.clip(width * (high[1] - low[1]) / (high[0] - low[0]), 20.0, 80.0)) + 12.0
     figure, axes = plt.subplots(
-        -(-count // 3),
-        min(3, count),
+        rows,
+        columns,
         squeeze=False,
         layout="constrained",
-        figsize=(WIDTH * MILLIMETRES, 32.0 * -(-count // 3) * MILLIMETRES),
+        figsize=(WIDTH * MILLIMETRES, rows * height * MILLIMETRES),
     )
-    length = np.ptp(mesh.x)
-    for number, axis in enumerate(axes.flat):
-        if number >= count:
-            axis.set_visible(False)
-            continue
-        u1, u3 = shapes_of[number][:, 0], shapes_of[number][:, 1]
-        axis.plot(mesh.x, np.zeros_like(mesh.x), color="0.7", linewidth=0.6)
-        axis.plot(mesh.x + 0.15 * length * u1, 0.15 * length * u3, color=COLOURS[2])
-        axis.plot(mesh.x + 0.15 * length * u1, 0.15 * length * u3, ".", color=COLOURS[2], markersize=2.0)
+    for axis in axes.flat[count:]:
+        axis.set_visible(False)
+    for number, (axis, fields) in enumerate(zip(axes.flat, moved)):
+        axis.plot(*lines[0].T, color="0.7", linewidth=0.6)
+        axis.plot(*lines[number + 1].T, color=COLOURS[2])
+        axis.plot(mesh.x + fields[:, 0], fields[:, 1], ".", color=COLOURS[2], markersize=2.0)
         axis.set_title(axis_label(f"{number + 1}: {frequency[number]:.6g}", unit))
-        axis.set_ylim(-0.25 * length, 0.25 * length)
+        axis.set_xlim(low[0], high[0])
+        axis.set_ylim(low[1], high[1])
+        axis.set_aspect("equal", adjustable="box")
+        axis.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
         axis.set_yticks([])
         axis.spines["left"].set_visible(False)
     return figure
+
+
+def mode_limits(lines):
+    """Corners around all lines, not too flat for a panel."""
+    points = np.concatenate(lines)
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.05 * max(high - low)
+    flat = max(0.0, 0.35 * (high - low)[0] - (high - low)[1])
+    return low - [margin, margin + 0.5 * flat], high + [margin, margin + 0.5 * flat]
 
 
 def resultants(x, parts, units, length_unit, when):

@@ -14,6 +14,7 @@ from matplotlib.image import imread
 from PIL import Image
 
 import gentbeam_results
+import report
 import report_pictures
 from gentbeam_strip import build_strip, places, strains
 
@@ -40,6 +41,8 @@ MODAL count=4
 TRANSIENT bathe step=2e-4 end=6e-3
 STOP
 """
+# Zero where the beam is held.
+BUMP = "1e-4*x*(x-6)*(12-x)^2"
 BROWSER = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
     "--disable-component-update --disable-sync --hide-scrollbars"
@@ -188,6 +191,59 @@ def test_page_says_what_the_file_says(page, results):
         history = file.group("transient").history("left")
         assert f"{history.values.min():.6g}" in text
         assert f"{file.group('modal').array('frequency')[0]:.7g}" in text
+
+
+def test_headings_say_name_kind_and_scheme_once(page):
+    headings = re.findall(r"<h2[^>]*>(.*?)</h2>", page.read_text(encoding="utf-8"))
+    assert headings[1:-1] == ["static: newton", "modal: subspace iteration", "transient: bathe"]
+
+
+def test_modes_stand_on_the_bent_beam(results):
+    with gentbeam_results.open_results(str(results)) as file:
+        state = report.Page(file).state_before(file.group("modal"))
+        mesh, modes = file.mesh(), file.group("modal").array("modes")
+        assert np.array_equal(state, file.group("static").displacements()[1][-1]) and state.any()
+    state[:, 1] += 3.0
+    figure = report_pictures.modes(mesh, state, np.arange(1.0, 5.0), modes, "1/s")
+    for number, axis in enumerate(figure.axes[:4]):
+        rest, moved, nodes = (line.get_xydata() for line in axis.lines)
+        assert np.allclose(rest[0], [state[0, 0], 3.0]) and np.isclose(rest[-1, 0], 12.0 + state[-1, 0])
+        moves = (state + 1.8 * modes[number])[:, :2]
+        assert np.allclose(nodes, np.stack([mesh.x, 0.0 * mesh.x], axis=1) + moves)
+        (left, right), (bottom, top) = axis.get_xlim(), axis.get_ylim()
+        assert left < moved[:, 0].min() and moved[:, 0].max() < right
+        assert bottom < moved[:, 1].min() and moved[:, 1].max() < top
+    report_pictures.plt.close(figure)
+
+
+@pytest.mark.parametrize(
+    "change, told",
+    [
+        (("STATIC steps=3 load=0.2\n", ""), False),
+        (("END\nSTATIC steps=3 load=0.2\n", f"INITIAL displacement u3={BUMP}\nEND\n"), True),
+        (("[u strain stress]", "stress"), True),
+    ],
+    ids=["straight", "initial", "not stored"],
+)
+def test_page_tells_that_the_bent_beam_is_not_in_the_file(tmp_path, change, told):
+    deck = DECK.replace(*change).replace("TRANSIENT bathe step=2e-4 end=6e-3\n", "")
+    command = [os.environ["GENTBEAM"], "-q", "-o", "beam"]
+    subprocess.run(command, input=deck, cwd=tmp_path, text=True, check=True)
+    script("report.py", tmp_path / "beam.h5")
+    text = (tmp_path / "beam.html").read_text(encoding="utf-8")
+    assert ("does not hold the shape of the beam here" in text) == told
+
+
+def test_legend_of_the_energies_hides_no_curve():
+    time = np.linspace(0.0, 1.0, 20)
+    ledger = {name: time for name in (*report_pictures.ENERGIES, "balance")}
+    figure = report_pictures.energies(time, ledger, "J", "Time (s)")
+    figure.canvas.draw()
+    axis = figure.axes[0]
+    legend = axis.get_legend().get_window_extent()
+    assert legend.y0 >= axis.get_window_extent().y1 - 1.0 and legend.y1 <= figure.bbox.y1
+    assert legend.x1 <= figure.axes[1].get_window_extent().x0
+    report_pictures.plt.close(figure)
 
 
 def test_page_tells_what_auto_chose(tmp_path):
