@@ -15,6 +15,8 @@ from gentbeam_results import ResultsError  # noqa: E402
 
 FORMATS = ("png", "pdf", "svg")
 MILLIMETRES = 1.0 / 25.4
+# As a part of what the values of a history span.
+ZERO_IS_NEAR = 0.25
 # Colours of a map between two numbers on its bar.
 LEVELS_BETWEEN = 4
 # From a number on a line of a map to the edge, and half of that to the next number, as a part of the panel.
@@ -112,6 +114,15 @@ def draw_error_bar(axis, history, colour, only_end):
     else:
         low, high = history.values - history.error_bar, history.values + history.error_bar
         axis.fill_between(history.time, low, high, color=colour, alpha=0.25, linewidth=0.0)
+
+
+def draw_zero(axis):
+    """A line at zero, where that is within or near the range of what is drawn; a constant needs a scale."""
+    low, high = axis.dataLim.intervaly
+    near = ZERO_IS_NEAR * (high - low)
+    is_constant = high - low <= 1e-6 * max(abs(low), abs(high))
+    if is_constant or low - near <= 0.0 <= high + near:
+        axis.axhline(0.0, color="0.6", linewidth=0.4, zorder=0)
 
 
 def error_bar_words(histories):

@@ -29,6 +29,7 @@ from gentbeam_pictures import (
     add_picture_options,
     axis_label,
     draw_levels,
+    draw_zero,
     escape,
     picture_path,
     plt,
@@ -281,7 +282,7 @@ def draw_family(figure, axis, picture):
     axis.add_collection(collection)
     axis.autoscale_view()
     axis.set_xlim(min(line[0, 0] for line in lines), max(line[-1, 0] for line in lines))
-    axis.axhline(0.0, color="0.6", linewidth=0.4, zorder=0)
+    draw_zero(axis)
     figure.colorbar(collection, ax=axis, label=picture["colour_label"])
 
 

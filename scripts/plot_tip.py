@@ -26,6 +26,7 @@ from gentbeam_pictures import (
     add_picture_options,
     axis_label,
     draw_error_bar,
+    draw_zero,
     error_bar_words,
     escape,
     picture_path,
@@ -242,7 +243,7 @@ def draw(series, title=None, size=None):
         note_error_bars(axis, lines)
         axis.set_ylabel(quantity_label(lines))
         axis.margins(x=0.0 if any(len(line.history.time) > 1 for line in lines) else 0.05)
-        axis.axhline(0.0, color="0.6", linewidth=0.4, zorder=0)
+        draw_zero(axis)
     first = series[0]
     # Round numbers: ticks at 0.0025 need labels so long that they run into each other.
     axes[-1].xaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 2, 5, 10]))

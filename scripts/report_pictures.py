@@ -14,6 +14,7 @@ from gentbeam_pictures import (
     MILLIMETRES,
     axis_label,
     draw_error_bar,
+    draw_zero,
     escape,
     plt,
 )
@@ -164,7 +165,7 @@ def probes(histories, progress, only_end):
     for axis, (name, history) in zip(axes.flat, histories.items()):
         axis.plot(history.time, history.values, color=COLOURS[2])
         draw_error_bar(axis, history, COLOURS[2], only_end)
-        axis.axhline(0.0, color="0.6", linewidth=0.4, zorder=0)
+        draw_zero(axis)
         axis.set_title(escape(name))
         axis.set_ylabel(axis_label(escape(history.field or name), history.unit))
         axis.set_xlabel(progress)

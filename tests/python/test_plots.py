@@ -298,6 +298,31 @@ def test_lines_are_told_apart_without_colour(tip, family):
     assert len({line.get_color() for line in lines}) == len(JM)
 
 
+@pytest.mark.parametrize(
+    "low, high, zero",
+    [(-0.17, -0.095, False), (1.0, 4.1, False), (0.2, 1.0, True), (-1.0, -0.19, True), (-2.0, 3.0, True)],
+)
+def test_zero_is_in_view_where_it_is_near(tip, builder, low, high, zero):
+    path = builder.write()
+    with h5py.File(path, "r+") as file:
+        values = file["transient/probes/tip"]
+        values[...] = low + (high - low) * 0.5 * (1.0 + np.sin(np.linspace(0.0, 20.0, len(values))))
+        values[0], values[-1] = low, high
+    axis = tip.draws(path).axes[0]
+    bottom, top = axis.get_ylim()
+    assert (bottom <= 0.0 <= top) == zero
+    assert (len(axis.lines) == 2) == zero
+    assert zero or top - bottom < 1.2 * (high - low)
+
+
+def test_a_constant_history_is_seen_from_zero(tip, builder):
+    path = builder.write()
+    with h5py.File(path, "r+") as file:
+        file["transient/probes/tip"][...] = 5.0
+    bottom, top = tip.draws(path).axes[0].get_ylim()
+    assert bottom <= 0.0 and top >= 5.0
+
+
 def test_labels_keep_clear_of_each_other_and_inside_the_picture(tip, builder):
     # All lines end at nearly the same value.
     files = [builder.write(f"{i}.h5", parameters=f"jm={i + 1}", amplitude=3.0 + 1e-3 * i) for i in range(8)]
