@@ -21,6 +21,10 @@ module gb_posix
             integer(c_int) :: failed
         end function c_write_output
 
+        !> Standard input, output and error that are closed stay so: no file that is opened takes their place.
+        subroutine hold_standard_files() bind(c, name="gb_hold_standard_files")
+        end subroutine hold_standard_files
+
         !> From now on a write to a closed pipe, or beyond the limit of a file's size, fails and does not
         !> kill.
         subroutine ignore_write_signals() bind(c, name="gb_ignore_write_signals")
@@ -35,8 +39,8 @@ module gb_posix
         end subroutine pause_briefly
     end interface
 
-    public :: is_terminal, standard_error_is_terminal, write_output, ignore_write_signals, to_fortran
-    public :: pause_briefly, raise_file_limit
+    public :: hold_standard_files, is_terminal, standard_error_is_terminal, write_output, to_fortran
+    public :: ignore_write_signals, pause_briefly, raise_file_limit
 
 contains
 

@@ -1,6 +1,7 @@
 /* What Fortran's own input and output cannot do: say why the system refuses to write, ignore signals. */
 #define _DEFAULT_SOURCE
 #include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stddef.h>
 #include <sys/resource.h>
@@ -26,6 +27,18 @@ static int write_all(int file, const char *bytes, size_t count)
 int gb_write_output(const char *text, size_t length)
 {
     return write_all(STDOUT_FILENO, text, length);
+}
+
+/* Where the program begins without standard input, output or error, the next file that is opened would get their
+   number, and what is meant for them: the log, into the results. So these numbers are taken by a file with which what is
+   meant for them fails as it would without any. */
+void gb_hold_standard_files(void)
+{
+    static const int ways[] = {O_WRONLY, O_RDONLY, O_RDONLY};
+
+    for (int file = 0; file < 3; file++)
+        if (fcntl(file, F_GETFD) < 0)
+            open("/dev/null", ways[file]);
 }
 
 /* A write that cannot be done shall be told by its status, not end the program. */

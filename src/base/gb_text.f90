@@ -6,7 +6,7 @@ module gb_text
     private
 
     public :: lower_case, upper_case, to_text, exact_text, hexadecimal, edit_distance, &
-        nearest_name, end_of_character
+        nearest_name, end_of_character, shell_word
 
     character(1), parameter, public :: newline = achar(10)
 
@@ -45,6 +45,27 @@ contains
             lower(i:i) = achar(code)
         end do
     end function lower_case
+
+    !> A text as one word of a command line, in quotes where the shell would make something else of it.
+    pure function shell_word(text) result(word)
+        character(*), intent(in) :: text
+        character(:), allocatable :: word
+        character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyz', marks = '0123456789._/+-=:,@%'
+        character(*), parameter :: quote = achar(39)
+        integer :: i
+
+        word = text
+        if (len(text) > 0 .and. verify(lower_case(text), letters // marks) == 0) return
+        word = quote
+        do i = 1, len(text)
+            if (text(i:i) == quote) then
+                word = word // quote // '\' // quote // quote
+            else
+                word = word // text(i:i)
+            end if
+        end do
+        word = word // quote
+    end function shell_word
 
     pure function upper_case(text) result(upper)
         character(*), intent(in) :: text

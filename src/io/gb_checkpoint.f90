@@ -14,7 +14,7 @@ module gb_checkpoint
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_file, status_input
     use gb_files, only: seal_file, check_seal, replace_file, remove_file, add_to_digest, &
-        empty_digest, is_same_place, is_free_or_hdf5
+        empty_digest, is_same_place, is_free_or_hdf5, is_other_file
     use gb_memory, only: memory_t, item_t
     use gb_problem, only: problem_t
     use gb_text, only: to_text, newline
@@ -50,7 +50,8 @@ module gb_checkpoint
         type(memory_t) :: memory
     end type checkpoint_t
 
-    public :: origin_of, check_places, write_checkpoint, read_checkpoint
+    public :: origin_of, check_places, check_results_place, check_restart_place, write_checkpoint, &
+        read_checkpoint
 
 contains
 
@@ -106,6 +107,24 @@ contains
             if (allocated(error)) return
         end do
     end subroutine check_places
+
+    !> Results replace older results, and no file of another kind: the deck itself, say, or a table.
+    subroutine check_results_place(path, error)
+        character(*), intent(in) :: path
+        type(error_t), allocatable, intent(out) :: error
+
+        if (is_other_file(path)) call raise(error, status_input, path // ' is there, and is no results ' &
+            // 'file: give the results another name (-o, OUTPUT file=)')
+    end subroutine check_results_place
+
+    !> Results do not replace the checkpoint that leads to them.
+    subroutine check_restart_place(path, checkpoint, error)
+        character(*), intent(in) :: path, checkpoint
+        type(error_t), allocatable, intent(out) :: error
+
+        if (is_same_place(path, checkpoint)) call raise(error, status_input, path // ' is the checkpoint ' &
+            // 'that the run goes on from: give the results another name (-o, OUTPUT file=)')
+    end subroutine check_restart_place
 
     !> Write the checkpoint aside, and put it in the place of the last one when it is whole. Where that fails,
     !> the last one stays.
@@ -286,15 +305,56 @@ contains
         character(*), intent(in) :: then, now
         character(:), allocatable :: text
 
-        text = 'then ''' // line_of(then, first_difference(then, now)) // ''', now ''' &
-            // line_of(now, first_difference(then, now)) // ''''
+        character(:), allocatable :: old, new
+        integer :: number, column
+
+        number = first_difference(then, now)
+        old = line_of(then, number)
+        new = line_of(now, number)
+        if (bare(old) == bare(new) .and. len(bare(old)) == len(bare(new))) then
+            text = 'it ends in another way (CR LF, LF), or has a byte-order mark'
+            return
+        end if
+        column = 1
+        do while (column < min(len(old), len(new)))
+            if (old(column:column) /= new(column:column)) exit
+            column = column + 1
+        end do
+        text = 'then ''' // excerpt(old, column) // ''', now ''' // excerpt(new, column) // ''''
     end function difference
+
+    !> A line without what editors put around it: a byte-order mark before, a carriage return behind.
+    pure function bare(line) result(text)
+        character(*), intent(in) :: line
+        character(:), allocatable :: text
+
+        text = line
+        if (index(text, char(239) // char(187) // char(191)) == 1) text = text(4:)
+        if (len(text) > 0) then
+            if (text(len(text):) == achar(13)) text = text(:len(text) - 1)
+        end if
+    end function bare
+
+    !> The part of a long line that is around a column.
+    pure function excerpt(line, column) result(text)
+        character(*), intent(in) :: line
+        integer, intent(in) :: column
+        character(:), allocatable :: text
+        integer, parameter :: longest = 80
+        integer :: first, last
+
+        first = 1
+        if (len(line) > longest) first = max(1, column - longest/2)
+        last = min(len(line), first + longest - 1)
+        text = line(first:last)
+        if (first > 1) text = '...' // text
+        if (last < len(line)) text = text // '...'
+    end function excerpt
 
     pure function line_of(text, number) result(line)
         character(*), intent(in) :: text
         integer, intent(in) :: number
         character(:), allocatable :: line
-        integer, parameter :: longest = 80
         integer :: first, last, i
 
         first = 1
@@ -304,7 +364,6 @@ contains
         last = index(text(first:), newline)
         if (last == 0) last = len(text) - first + 2
         line = text(first:first + last - 2)
-        if (len(line) > longest) line = line(:longest) // '...'
     end function line_of
 
     subroutine read_memory(file, memory, error)

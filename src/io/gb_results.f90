@@ -171,7 +171,7 @@ contains
         type(error_t), allocatable, intent(out) :: error
 
         file = -1
-        call find_source(path, beside, origin, checkpoint, source, error)
+        call find_source(path, beside, origin, checkpoint, .true., source, error)
         if (allocated(error)) return
         call open_file(source, file, error)
         if (.not. allocated(error)) then

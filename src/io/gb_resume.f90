@@ -13,39 +13,44 @@ module gb_resume
 
 contains
 
-    !> Find the results of the steps before a checkpoint: in the file `path` that the run writes, or else in
-    !> the one it wrote before, by its old name or beside the checkpoint.
-    subroutine find_source(path, beside, origin, checkpoint, source, error)
+    !> Find the results of the steps before a checkpoint: in the file `path` that the run writes, in the one
+    !> it wrote before, by its old name, or beside the checkpoint. A run (`as_written`) takes its old name
+    !> first: that file is sure to reach the checkpoint. A study may have gone on in the one it writes.
+    subroutine find_source(path, beside, origin, checkpoint, as_written, source, error)
         character(*), intent(in) :: path            !! of the results
         character(*), intent(in) :: beside          !! path of the checkpoint
         type(origin_t), intent(in) :: origin
         type(checkpoint_t), intent(in) :: checkpoint
+        logical, intent(in) :: as_written
         character(:), allocatable, intent(out) :: source
         type(error_t), allocatable, intent(out) :: error
-        character(:), allocatable :: neighbour, trouble, said
+        character(:), allocatable :: neighbour, said
         integer :: slash
 
         call start_hdf5()
         slash = index(checkpoint%results, '/', back=.true.)
         neighbour = beside(:index(beside, '/', back=.true.)) // checkpoint%results(slash + 1:)
-        source = path
-        call compare(source, origin, checkpoint, trouble)
-        if (len(trouble) == 0) return
-        said = source // ' ' // trouble
-        if (checkpoint%results /= path) then
-            source = checkpoint%results
-            call compare(source, origin, checkpoint, trouble)
-            if (len(trouble) == 0) return
-            said = said // '; ' // source // ' ' // trouble
-        end if
-        if (neighbour /= path .and. neighbour /= checkpoint%results) then
-            source = neighbour
-            call compare(source, origin, checkpoint, trouble)
-            if (len(trouble) == 0) return
-            said = said // '; ' // source // ' ' // trouble
-        end if
-        call raise(error, status_file, 'cannot restart from ' // beside // ' without the results of the ' &
-            // 'steps before it: ' // said)
+        said = ''
+        if (as_written) call look_into(checkpoint%results)
+        if (.not. (as_written .and. path == checkpoint%results)) call look_into(path)
+        if (.not. (as_written .or. path == checkpoint%results)) call look_into(checkpoint%results)
+        if (neighbour /= path .and. neighbour /= checkpoint%results) call look_into(neighbour)
+        if (.not. allocated(source)) call raise(error, status_file, 'cannot restart from ' // beside &
+            // ' without the results of the steps before it: ' // said)
+
+    contains
+
+        subroutine look_into(candidate)
+            character(*), intent(in) :: candidate
+            character(:), allocatable :: trouble
+
+            if (allocated(source)) return
+            call compare(candidate, origin, checkpoint, trouble)
+            if (len(trouble) == 0) source = candidate
+            if (len(said) > 0) said = said // '; '
+            said = said // candidate // ' ' // trouble
+        end subroutine look_into
+
     end subroutine find_source
 
     !> Whether a file holds the results of the run that wrote the checkpoint: why not, or an empty text.

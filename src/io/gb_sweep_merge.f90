@@ -3,7 +3,9 @@
 module gb_sweep_merge
     use gb_kinds, only: wp
     use gb_archive, only: archive_t, root, stored_real64, stored_int32, stored_int8
-    use gb_error, only: error_t, raise, status_file
+    use gb_checkpoint, only: check_results_place
+    use gb_error, only: error_t, raise, status_file, status_input
+    use gb_files, only: is_file, is_same_file
     use gb_hdf5, only: start_hdf5
     use gb_hdf5_input, only: hid_t, text_t, max_link, open_file, close_file, open_group, has_link, &
         link_names, get_attribute, get_dataset_attribute, get_deck, get_table, get_texts, get_text_list, &
@@ -54,10 +56,15 @@ contains
 
         call raise_file_limit()
         call start_hdf5()
+        if (is_shard(path)) then
+            call raise(error, status_input, path // ' is to be written, and is the results of a shard: ' &
+                // 'name the file for all of them first, --merge OUT.h5 FILE...')
+            return
+        end if
         allocate (shards(size(paths)))
         do i = 1, size(paths)
             shards(i)%path = trim(paths(i))
-            if (shards(i)%path == path) then
+            if (is_same_file(shards(i)%path, path)) then
                 call raise(error, status_file, path // ' is to be written, and cannot be joined with itself')
             else
                 call open_shard(shards(i), error)
@@ -66,6 +73,8 @@ contains
             call check_fit(shards(:i), error)
             if (allocated(error)) return
         end do
+        call check_results_place(path, error)
+        if (allocated(error)) return
         allocate (places(shards(1)%share%members))
         do i = 1, size(shards)
             call find_members(shards(i), i, places, merged%failed, error)
@@ -123,6 +132,25 @@ contains
             call close_file(shards(i)%file)
         end do
     end subroutine write_joined
+
+    !> Whether a file is there that holds a shard of a study.
+    logical function is_shard(path)
+        character(*), intent(in) :: path
+        type(error_t), allocatable :: error
+        integer(hid_t) :: file, group
+        integer :: shards
+
+        is_shard = .false.
+        if (.not. is_file(path)) return
+        call open_file(path, file, error)
+        if (allocated(error)) return
+        if (has_link(file, 'sweep')) then
+            call open_group(file, 'sweep', group, error)
+            if (.not. allocated(error)) call get_attribute(group, 'shards', shards, error)
+            is_shard = .not. allocated(error) .and. shards > 1
+        end if
+        call close_file(file)
+    end function is_shard
 
     subroutine open_shard(shard, error)
         type(shard_t), intent(inout) :: shard

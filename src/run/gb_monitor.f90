@@ -3,7 +3,7 @@ module gb_monitor
     use gb_kinds, only: wp, pi
     use gb_error, only: error_t, raise, status_file, status_interrupted
     use gb_memory, only: memory_t
-    use gb_text, only: to_text
+    use gb_text, only: to_text, shell_word
     use gb_member, only: extremes_t
     use gb_problem, only: problem_t, task_t, probe_t, task_static, task_modal, task_transient, &
         quantity_displacement
@@ -12,8 +12,8 @@ module gb_monitor
     use gb_recorder, only: recorder_t, step_record_t
     use gb_sensor, only: sensor_t, place_sensor
     use gb_log, only: log_t, log_normal, log_verbose
-    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, check_places, read_checkpoint, &
-        write_checkpoint
+    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, check_places, check_results_place, &
+        check_restart_place, read_checkpoint, write_checkpoint
     use gb_results, only: results_t
     use gb_tuning, only: tuning_t
     use gb_watch, only: watch_t
@@ -29,6 +29,7 @@ module gb_monitor
         type(tuning_t), allocatable :: tuning       !! of a deck with `auto`
         type(task_t) :: task
         type(step_record_t) :: first, last
+        logical :: lacks_checkpoint = .false.       !! stopped, and the checkpoint could not be written
         logical :: has_energy = .true.              !! whether every section has a stored energy
         integer :: iterations = 0, cuts = 0         !! of the running command
         real(wp) :: largest_energy = 0.0_wp         !! of the running command [F L]
@@ -70,6 +71,7 @@ contains
 
         call describe(self, problem, log_level)
         call check_places(problem, problem%output%file // '.h5', error)
+        if (.not. allocated(error)) call check_results_place(problem%output%file // '.h5', error)
         if (.not. allocated(error)) call self%results%open(problem, gauge, error)
         if (.not. allocated(error)) call self%log%line('  results: ' // self%results%path)
     end subroutine open_monitor
@@ -113,6 +115,7 @@ contains
         if (allocated(error)) return
         self%task = problem%tasks(self%number)
         call check_places(problem, problem%output%file // '.h5', error)
+        if (.not. allocated(error)) call check_restart_place(problem%output%file // '.h5', path, error)
         if (allocated(error)) return
         call self%results%resume(problem, gauge, self%origin, checkpoint, path, self%number, &
             self%is_inside, error)
@@ -189,6 +192,7 @@ contains
         place = 'step ' // to_text(self%last%number) // ' of ' // self%task%name
         if (.not. self%is_inside) place = 'the end of ' // self%task%name
         if (allocated(trouble)) then
+            self%lacks_checkpoint = stopping
             if (stopping) then
                 call raise(error, trouble%status, 'stopped by ' // self%watch%reason() // ' after ' // place &
                            // ', and ' // trouble%message)
@@ -199,7 +203,8 @@ contains
         end if
         call self%log%detail('      checkpoint ' // path)
         if (stopping) call raise(error, status_interrupted, 'stopped by ' // self%watch%reason() &
-                                 // ' after ' // place // '; go on with --restart ' // path)
+                                 // ' after ' // place // '; go on with --restart ' &
+                                 // shell_word(path))
     end subroutine keep_memory
 
     !> Time that the run has taken, that before a restart included [s].

@@ -13,7 +13,7 @@ module gb_run
     use gb_make_choices, only: make_choices
     use gb_capacity, only: lacks_memory
     use gb_sketch, only: draw_model
-    use gb_posix, only: ignore_write_signals, write_output
+    use gb_posix, only: hold_standard_files, ignore_write_signals, write_output
     use gb_threads, only: use_one_blas_thread
     use gb_problem, only: problem_t
     use gb_state, only: state_t
@@ -50,6 +50,7 @@ contains
         character(:), allocatable :: message, text
         logical :: failed
 
+        call hold_standard_files()
         call ignore_write_signals()
         status = status_ok
         call read_command_line(options, error)
@@ -272,7 +273,7 @@ contains
         wall = to_text(monitor%wall_seconds(), 3) // ' s'
         line = 'done in ' // wall // ' (' // to_text(monitor%cpu_seconds(), 3) // ' s CPU)'
         if (allocated(error)) then
-            if (error%status == status_file) return
+            if (error%status == status_file .and. .not. monitor%lacks_checkpoint) return
             message = error%message
             outcome = 'failed'
             line = 'failed after ' // wall // ': ' // message

@@ -2,8 +2,8 @@
 !> they tell to the results file and counts them in the log.
 module gb_study_run
     use gb_kinds, only: wp, i8
-    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, check_places, read_checkpoint, &
-        write_checkpoint
+    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, check_places, check_results_place, &
+        check_restart_place, read_checkpoint, write_checkpoint
     use gb_command_line, only: options_t
     use gb_files, only: is_file, check_seal
     use gb_lanes, only: lanes
@@ -21,7 +21,7 @@ module gb_study_run
     use gb_sweep, only: sweep_t
     use gb_sweep_file, only: sweep_file_t
     use gb_sweep_merge, only: sort_members
-    use gb_text, only: to_text, newline
+    use gb_text, only: to_text, newline, shell_word
     use gb_threads, only: use_one_blas_thread
     implicit none
     private
@@ -123,6 +123,8 @@ contains
         if (share%shards > 1) path = problem%output%file // '.shard-' // to_text(share%shard) // '-of-' &
             // to_text(share%shards) // '.h5'
         call check_places(problem, path, error)
+        if (len(restart) == 0 .and. share%shards == 1 .and. .not. allocated(error)) &
+            call check_results_place(path, error)
         if (allocated(error)) return
         if (len(restart) > 0) then
             call find_results(monitor, path, restart, source, error)
@@ -158,8 +160,9 @@ contains
             call raise(error, status_file, 'cannot restart from ' // restart // ': ' // reason)
         else if (is_checkpoint) then
             call read_checkpoint(restart, monitor%origin, checkpoint, error)
-            if (.not. allocated(error)) call find_source(path, restart, monitor%origin, checkpoint, source, &
-                error)
+            if (.not. allocated(error)) call check_restart_place(path, restart, error)
+            if (.not. allocated(error)) call find_source(path, restart, monitor%origin, checkpoint, &
+                .false., source, error)
         end if
     end subroutine find_results
 
@@ -442,7 +445,7 @@ contains
             // to_text(seconds, 3) // ' s (' // to_text(cpu_end - cpu_start, 3) // ' s CPU): ' // counts)
         if (status == 'interrupted') then
             call raise(error, status_interrupted, 'stopped by ' // caught_signal() // ' with ' // counts &
-                // '; to go on: gentbeam --restart ' // monitor%ticket // ' DECK')
+                // '; to go on: gentbeam --restart ' // shell_word(monitor%ticket) // ' DECK')
         else if (status == 'failed') then
             if (.not. allocated(monitor%first_failure)) monitor%first_failure = 'see /sweep/message'
             call raise(error, status_solution, 'all members failed; ' // monitor%first_failure)

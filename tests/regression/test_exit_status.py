@@ -89,11 +89,12 @@ def test_no_permission(gentbeam):
         gentbeam("-o", locked / "out", deck=small_deck(), status=3, cwd=folder, **options)
         assert gentbeam.sole_error() == f"cannot write the results file {locked}/out.h5: Permission denied"
         present = folder / "present.h5"
-        present.write_text("precious")
+        precious = b"\x89HDF\r\n\x1a\n precious"
+        present.write_bytes(precious)
         present.chmod(0o444)
         gentbeam("-o", folder / "present", deck=small_deck(), status=3, cwd=folder, **options)
         assert gentbeam.sole_error() == f"cannot write the results file {present}: Permission denied"
-        assert present.read_text() == "precious"
+        assert present.read_bytes() == precious
     finally:
         shutil.rmtree(folder)
 
@@ -102,6 +103,36 @@ def test_results_name_that_is_no_file(gentbeam):
     os.symlink("/dev/full", gentbeam.folder / "out.h5")
     gentbeam("-o", "out", deck=small_deck(), status=3)
     assert gentbeam.sole_error().startswith("cannot write the results file out.h5: ")
+
+
+def test_results_do_not_replace_the_deck_or_a_table(gentbeam):
+    """A file that HDF5 has not written is none of ours: the deck itself, a table."""
+    deck = small_deck(model='HISTORY push table file="push.h5"\nPOINT x=10 f3=1 history=push')
+    for name, content in (("deck.h5", deck), ("push.h5", "0 0\n1 1\n"), ("plain.h5", "precious")):
+        (gentbeam.folder / name).write_text(content)
+    for name in ("deck", "push", "plain"):
+        before = (gentbeam.folder / f"{name}.h5").read_bytes()
+        gentbeam("-o", name, "deck.h5", status=1)
+        assert gentbeam.sole_error().startswith(f"{name}.h5 is there, and is no results file: give the")
+        assert (gentbeam.folder / f"{name}.h5").read_bytes() == before
+    gentbeam("deck.h5", status=1)
+    gentbeam("-o", "free", "deck.h5")
+    gentbeam("-o", "free", "deck.h5")
+
+
+@pytest.mark.parametrize("closed", ["1>&-", "0<&- 1>&-", "2>&-", "1>&- 2>&-", "0<&-"])
+def test_closed_standard_files_take_nothing_into_the_results(gentbeam, closed):
+    """The first file that is opened would be number 1, and the log would go into it."""
+    (gentbeam.folder / "deck.inp").write_text(small_deck())
+    gentbeam("-q", "-o", "whole", "deck.inp")
+    script = f"exec {closed}; exec {gentbeam.executable} -o out deck.inp"
+    done = subprocess.run(["sh", "-c", script], cwd=gentbeam.folder, capture_output=True, timeout=60)
+    assert done.returncode == (3 if "1>&-" in closed else 0)
+    with gentbeam.results("whole") as whole, gentbeam.results("out") as out:
+        names = []
+        whole.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        assert names and all(np.array_equal(whole[name][()], out[name][()]) for name in names)
+        assert out.attrs["status"] == "complete"
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """A run that is interrupted, again and again, ends with the numbers of one that was not, bit for bit."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -254,6 +255,48 @@ def test_another_deck_is_refused(interrupted):
     )
 
 
+def test_what_cannot_be_seen_in_a_line_is_told(interrupted):
+    """Line ends, a byte-order mark, and a difference at the end of a long line."""
+    deck = (interrupted.folder / "deck.inp").read_bytes()
+    for other in (deck.replace(b"\n", b"\r\n"), b"\xef\xbb\xbf" + deck):
+        (interrupted.folder / "deck.inp").write_bytes(other)
+        assert refused(interrupted, "--restart", "deck.chk.h5", "deck.inp", status=1).endswith(
+            "the first line that differs is 1: it ends in another way (CR LF, LF), or has a byte-order mark"
+        )
+    (interrupted.folder / "deck.inp").write_bytes(deck)
+    long = deck.replace(b"LINE ", b"LINE " + 150 * b" ", 1)
+    (interrupted.folder / "deck.inp").write_bytes(long)
+    interrupted("-q", "deck.inp")
+    (interrupted.folder / "deck.inp").write_bytes(long.replace(b"elements=4", b"elements=5"))
+    said = refused(interrupted, "--restart", "deck.chk.h5", "deck.inp", status=1)
+    assert re.search(r"then '\.\.\. .*elements=4', now '\.\.\. .*elements=5'$", said)
+
+
+def test_an_earlier_name_may_come_back(gentbeam):
+    """The file of that name holds the run too, but ends before the checkpoint."""
+    deck = small_deck("TRANSIENT newmark step=1e-6 end=2e-2")
+    (gentbeam.folder / "deck.inp").write_text(deck)
+    gentbeam("-q", "-o", "whole", "deck.inp")
+    stopped = ("-q", "--max-time", "0.04")
+    gentbeam(*stopped, "-o", "one", "deck.inp", status=4)
+    gentbeam(*stopped, "-o", "two", "--restart", "one.chk.h5", "deck.inp", status=4)
+    gentbeam("-q", "-o", "one", "--restart", "two.chk.h5", "deck.inp")
+    with gentbeam.results("whole") as whole, gentbeam.results("one") as one:
+        assert whole["transient/u"][:].tobytes() == one["transient/u"][:].tobytes()
+
+
+def test_results_do_not_replace_the_checkpoint(interrupted):
+    shutil.copy(interrupted.folder / "deck.chk.h5", interrupted.folder / "a b.h5")
+    said = refused(interrupted, "-o", "a b", "--restart", "a b.h5", "deck.inp", status=1)
+    assert said.startswith("a b.h5 is the checkpoint that the run goes on from: give the results another")
+
+
+def test_advice_can_be_pasted(gentbeam):
+    (gentbeam.folder / "deck.inp").write_text(small_deck("TRANSIENT newmark step=1e-6 end=10"))
+    gentbeam("-q", "--max-time", "0.04", "-o", "it's $HOME", "deck.inp", status=4)
+    assert gentbeam.err.endswith("""--restart 'it'\\''s $HOME.chk.h5'\n""")
+
+
 def test_another_table_is_refused(gentbeam):
     (gentbeam.folder / "load.txt").write_text("0 0\n1e-3 1\n")
     model = "HISTORY push table file=load.txt\nPOINT x=10 f3=1 history=push"
@@ -394,6 +437,9 @@ def test_checkpoint_that_cannot_be_written(gentbeam):
         err = process.communicate(timeout=SECONDS)[1].decode()
     assert process.returncode == 3
     assert "stopped by SIGTERM after step " in err and trouble in err
+    with gentbeam.results("deck") as file:
+        assert file.attrs["status"] == "failed" and file.attrs["message"].endswith(trouble)
+        assert file.attrs["wall_seconds"] > 0
 
 
 @pytest.mark.parametrize("value", ["", "0", "-1", "soon", "1e10", "1 2"])

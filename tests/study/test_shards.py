@@ -233,6 +233,15 @@ def test_what_cannot_be_merged(gentbeam):
         gentbeam("--merge", "out.h5", *files, status=3)
         assert words in gentbeam.err and gentbeam.err.count("\n") == 1
     assert (gentbeam.folder / "out.h5").read_bytes() == b"x"
+    # A file that is to be written and was forgotten: the first shard stands in its place.
+    before = (gentbeam.folder / one).read_bytes()
+    gentbeam("--merge", one, "a.shard-2-of-2.h5", status=1)
+    assert f"{one} is to be written, and is the results of a shard: name the file for all" in gentbeam.err
+    (gentbeam.folder / "link.h5").symlink_to(one)
+    gentbeam("--merge", "link.h5", one, "a.shard-2-of-2.h5", status=1)
+    assert (gentbeam.folder / one).read_bytes() == before
+    gentbeam("--merge", "text.h5", one, "a.shard-2-of-2.h5", status=1)
+    assert "text.h5 is there, and is no results file" in gentbeam.err
     gentbeam("--merge", "out.h5", status=1)
     gentbeam("--merge", status=1)
 
