@@ -60,12 +60,6 @@ module gb_files
             integer(c_int) :: answer
         end function c_is_free_or_hdf5
 
-        function c_is_other_file(path) bind(c, name="gb_is_other_file") result(answer)
-            import :: c_char, c_int
-            character(kind=c_char), intent(in) :: path(*)
-            integer(c_int) :: answer
-        end function c_is_other_file
-
         function c_begin_rehearsal(seconds) bind(c, name="gb_begin_rehearsal") result(process)
             import :: c_int
             integer(c_int), value, intent(in) :: seconds
@@ -100,8 +94,8 @@ module gb_files
     end interface add_to_digest
 
     public :: begin_rehearsal, end_rehearsal, rehearsal_went_well
-    public :: leaves_folder, is_same_file, is_same_place, is_free_or_hdf5, is_other_file, add_to_digest, &
-        seal_file, check_seal, replace_file, remove_file, is_file
+    public :: leaves_folder, is_same_file, is_same_place, is_free_or_hdf5, add_to_digest, seal_file, &
+        check_seal, replace_file, remove_file, is_file
 
     !> Where a digest starts.
     integer(c_int64_t), parameter, public :: empty_digest = -3750763034362895579_c_int64_t
@@ -196,13 +190,6 @@ contains
 
         is_free_or_hdf5 = c_is_free_or_hdf5(path // c_null_char) /= 0
     end function is_free_or_hdf5
-
-    !> Whether an ordinary file is there that is not HDF5's.
-    logical function is_other_file(path)
-        character(*), intent(in) :: path
-
-        is_other_file = c_is_other_file(path // c_null_char) /= 0
-    end function is_other_file
 
     !> Whether a path leads out of the folder that the program runs in.
     pure logical function leaves_folder(path)

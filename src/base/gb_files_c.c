@@ -166,14 +166,6 @@ int gb_is_free_or_hdf5(const char *path)
     return stat(path, &status) != 0 || (S_ISREG(status.st_mode) && begins_as_hdf5(path));
 }
 
-/* Whether an ordinary file is there that HDF5 has not written. */
-int gb_is_other_file(const char *path)
-{
-    struct stat status;
-
-    return stat(path, &status) == 0 && S_ISREG(status.st_mode) && !begins_as_hdf5(path);
-}
-
 /* Whether two paths are names of one file, which may be there or not: they lead to one, or are the same name in one
    folder. */
 int gb_is_same_place(const char *first, const char *second)

@@ -134,6 +134,7 @@ contains
             return
         end if
         if (path(1:1) /= '/') path = folder // path
+        history%file = path
         call read_text(path, text, error)
         if (allocated(error)) then
             call diagnostics%add(command%place('file'), error%message)

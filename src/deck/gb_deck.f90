@@ -95,6 +95,7 @@ contains
         problem = draft%problem
         if (.not. allocated(problem%output%file)) problem%output%file = source%stem
         problem%deck_text = source%text
+        problem%deck_name = source%name
         problem%parameters = parameter_lines(parameters)
         if (present(recipe)) call recipe%finish(problem%sweep, parameters)
     end subroutine read_deck

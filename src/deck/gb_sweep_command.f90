@@ -172,6 +172,7 @@ contains
         end if
         path = folder // file
         if (file(1:1) == '/') path = file
+        factor%file = path
         call read_text(path, text, error)
         if (allocated(error)) then
             call diagnostics%add(at, error%message)

@@ -14,7 +14,7 @@ module gb_checkpoint
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_file, status_input
     use gb_files, only: seal_file, check_seal, replace_file, remove_file, add_to_digest, &
-        empty_digest, is_same_place, is_free_or_hdf5, is_other_file
+        empty_digest, is_same_file, is_same_place, is_free_or_hdf5
     use gb_memory, only: memory_t, item_t
     use gb_problem, only: problem_t
     use gb_text, only: to_text, newline
@@ -108,13 +108,31 @@ contains
         end do
     end subroutine check_places
 
-    !> Results replace older results, and no file of another kind: the deck itself, say, or a table.
-    subroutine check_results_place(path, error)
-        character(*), intent(in) :: path
+    !> Results replace neither the deck nor a table that it names.
+    subroutine check_results_place(path, problem, error)
+        character(*), intent(in) :: path            !! of the results
+        type(problem_t), intent(in) :: problem
         type(error_t), allocatable, intent(out) :: error
+        logical :: is_read
+        integer :: i
 
-        if (is_other_file(path)) call raise(error, status_input, path // ' is there, and is no results ' &
-            // 'file: give the results another name (-o, OUTPUT file=)')
+        is_read = is_same_file(path, problem%deck_name)
+        do i = 1, size(problem%model%histories)
+            associate (history => problem%model%histories(i))
+                if (.not. allocated(history%file)) cycle
+                if (is_same_file(path, history%file)) is_read = .true.
+            end associate
+        end do
+        if (allocated(problem%sweep%factors)) then
+            do i = 1, size(problem%sweep%factors)
+                associate (factor => problem%sweep%factors(i))
+                    if (.not. allocated(factor%file)) cycle
+                    if (is_same_file(path, factor%file)) is_read = .true.
+                end associate
+            end do
+        end if
+        if (is_read) call raise(error, status_input, path // ' is the deck, or a table that it reads: give ' &
+            // 'the results another name (-o, OUTPUT file=)')
     end subroutine check_results_place
 
     !> Results do not replace the checkpoint that leads to them.

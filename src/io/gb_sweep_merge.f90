@@ -3,7 +3,6 @@
 module gb_sweep_merge
     use gb_kinds, only: wp
     use gb_archive, only: archive_t, root, stored_real64, stored_int32, stored_int8
-    use gb_checkpoint, only: check_results_place
     use gb_error, only: error_t, raise, status_file, status_input
     use gb_files, only: is_file, is_same_file
     use gb_hdf5, only: start_hdf5
@@ -73,8 +72,6 @@ contains
             call check_fit(shards(:i), error)
             if (allocated(error)) return
         end do
-        call check_results_place(path, error)
-        if (allocated(error)) return
         allocate (places(shards(1)%share%members))
         do i = 1, size(shards)
             call find_members(shards(i), i, places, merged%failed, error)

@@ -20,6 +20,7 @@ module gb_history
         real(wp) :: phase = 0.0_wp          !! sine [rad]
         real(wp), allocatable :: t(:)       !! table: increasing times [T]
         real(wp), allocatable :: f(:)       !! table: factors at these times [-]
+        character(:), allocatable :: file   !! table: path of the file it was read from
         type(program_t) :: formula          !! formula: factor of the variable t
     contains
         procedure :: evaluate

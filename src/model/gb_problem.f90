@@ -64,6 +64,7 @@ module gb_problem
         type(task_t), allocatable :: tasks(:)
         type(sweep_t) :: sweep                      !! members of a study, if the deck has SWEEPs
         character(:), allocatable :: deck_text      !! as read
+        character(:), allocatable :: deck_name      !! path of the deck, or what stands for it (<stdin>)
         character(:), allocatable :: parameters     !! "name=value" lines, after --set
         type(tuning_t), allocatable :: tuning       !! what `auto` has chosen, once it has
     contains

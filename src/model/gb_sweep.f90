@@ -10,6 +10,7 @@ module gb_sweep
     type, public :: factor_t
         character(max_name), allocatable :: names(:)      !! (np) as the deck writes them
         real(wp), allocatable :: values(:, :)       !! (np, rows)
+        character(:), allocatable :: file           !! path of the table they were read from
     end type factor_t
 
     !> All SWEEPs of a deck. They cross: the last one varies fastest.

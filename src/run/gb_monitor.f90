@@ -71,7 +71,7 @@ contains
 
         call describe(self, problem, log_level)
         call check_places(problem, problem%output%file // '.h5', error)
-        if (.not. allocated(error)) call check_results_place(problem%output%file // '.h5', error)
+        if (.not. allocated(error)) call check_results_place(problem%output%file // '.h5', problem, error)
         if (.not. allocated(error)) call self%results%open(problem, gauge, error)
         if (.not. allocated(error)) call self%log%line('  results: ' // self%results%path)
     end subroutine open_monitor

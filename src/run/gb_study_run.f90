@@ -123,8 +123,7 @@ contains
         if (share%shards > 1) path = problem%output%file // '.shard-' // to_text(share%shard) // '-of-' &
             // to_text(share%shards) // '.h5'
         call check_places(problem, path, error)
-        if (len(restart) == 0 .and. share%shards == 1 .and. .not. allocated(error)) &
-            call check_results_place(path, error)
+        if (.not. allocated(error)) call check_results_place(path, problem, error)
         if (allocated(error)) return
         if (len(restart) > 0) then
             call find_results(monitor, path, restart, source, error)

@@ -89,12 +89,11 @@ def test_no_permission(gentbeam):
         gentbeam("-o", locked / "out", deck=small_deck(), status=3, cwd=folder, **options)
         assert gentbeam.sole_error() == f"cannot write the results file {locked}/out.h5: Permission denied"
         present = folder / "present.h5"
-        precious = b"\x89HDF\r\n\x1a\n precious"
-        present.write_bytes(precious)
+        present.write_text("precious")
         present.chmod(0o444)
         gentbeam("-o", folder / "present", deck=small_deck(), status=3, cwd=folder, **options)
         assert gentbeam.sole_error() == f"cannot write the results file {present}: Permission denied"
-        assert present.read_bytes() == precious
+        assert present.read_text() == "precious"
     finally:
         shutil.rmtree(folder)
 
@@ -106,14 +105,15 @@ def test_results_name_that_is_no_file(gentbeam):
 
 
 def test_results_do_not_replace_the_deck_or_a_table(gentbeam):
-    """A file that HDF5 has not written is none of ours: the deck itself, a table."""
+    """By whatever name."""
     deck = small_deck(model='HISTORY push table file="push.h5"\nPOINT x=10 f3=1 history=push')
-    for name, content in (("deck.h5", deck), ("push.h5", "0 0\n1 1\n"), ("plain.h5", "precious")):
+    for name, content in (("deck.h5", deck), ("push.h5", "0 0\n1 1\n")):
         (gentbeam.folder / name).write_text(content)
-    for name in ("deck", "push", "plain"):
+    (gentbeam.folder / "link.h5").symlink_to("push.h5")
+    for name in ("deck", "push", "link"):
         before = (gentbeam.folder / f"{name}.h5").read_bytes()
         gentbeam("-o", name, "deck.h5", status=1)
-        assert gentbeam.sole_error().startswith(f"{name}.h5 is there, and is no results file: give the")
+        assert gentbeam.sole_error().startswith(f"{name}.h5 is the deck, or a table that it reads: give")
         assert (gentbeam.folder / f"{name}.h5").read_bytes() == before
     gentbeam("deck.h5", status=1)
     gentbeam("-o", "free", "deck.h5")
