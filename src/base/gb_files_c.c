@@ -142,28 +142,26 @@ int gb_is_same_file(const char *first, const char *second)
     return stat(first, &a) == 0 && stat(second, &b) == 0 && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
 }
 
-/* Whether a file is empty, or begins as HDF5's do; or cannot be read. */
-static int begins_as_hdf5(const char *path)
+/* Whether a checkpoint may take that name: nothing is there, or an empty file or one that HDF5 wrote; not a deck or a
+   table. */
+int gb_is_free_or_hdf5(const char *path)
 {
     static const char signature[8] = {'\211', 'H', 'D', 'F', '\r', '\n', '\032', '\n'};
     char found[sizeof signature];
+    struct stat status;
     ssize_t count;
-    int file = open(path, O_RDONLY | O_CLOEXEC);
+    int file;
 
+    if (stat(path, &status) != 0)
+        return 1;
+    if (!S_ISREG(status.st_mode))
+        return 0;
+    file = open(path, O_RDONLY | O_CLOEXEC);
     if (file < 0)
         return 1;
     count = read(file, found, sizeof found);
     close(file);
     return count == 0 || (count == sizeof found && memcmp(found, signature, sizeof found) == 0);
-}
-
-/* Whether a checkpoint may take that name: nothing is there, or an empty file or one that HDF5 wrote; not a deck or a
-   table. */
-int gb_is_free_or_hdf5(const char *path)
-{
-    struct stat status;
-
-    return stat(path, &status) != 0 || (S_ISREG(status.st_mode) && begins_as_hdf5(path));
 }
 
 /* Whether two paths are names of one file, which may be there or not: they lead to one, or are the same name in one

@@ -13,8 +13,7 @@ module gb_checkpoint
     use, intrinsic :: iso_fortran_env, only: compiler_version
     use gb_kinds, only: wp
     use gb_error, only: error_t, raise, status_file, status_input
-    use gb_files, only: seal_file, check_seal, replace_file, remove_file, add_to_digest, &
-        empty_digest, is_same_file, is_same_place, is_free_or_hdf5
+    use gb_files, only: seal_file, check_seal, replace_file, remove_file, add_to_digest, empty_digest
     use gb_memory, only: memory_t, item_t
     use gb_problem, only: problem_t
     use gb_text, only: to_text, newline
@@ -50,8 +49,7 @@ module gb_checkpoint
         type(memory_t) :: memory
     end type checkpoint_t
 
-    public :: origin_of, check_places, check_results_place, check_restart_place, write_checkpoint, &
-        read_checkpoint
+    public :: origin_of, write_checkpoint, read_checkpoint
 
 contains
 
@@ -81,68 +79,6 @@ contains
         write (digits, '(z16.16)') digest
         origin%digest = digits
     end function origin_of
-
-    !> A checkpoint must not take the name of the results, nor that of a file which cannot be an older one:
-    !> the deck itself, say.
-    subroutine check_places(problem, results, error)
-        type(problem_t), intent(in) :: problem
-        character(*), intent(in) :: results         !! path of the results file
-        type(error_t), allocatable, intent(out) :: error
-        logical :: is_taken
-        integer :: i
-
-        do i = 1, size(problem%tasks)
-            if (.not. allocated(problem%tasks(i)%safeguard%file)) cycle
-            associate (file => problem%tasks(i)%safeguard%file)
-                is_taken = is_same_place(file, results)
-                if (.not. is_taken) is_taken = is_same_place(file, results // '.part')
-                if (is_taken) then
-                    call raise(error, status_input, 'CHECKPOINT file=: ' // file // ' is the results file, ' &
-                               // 'give checkpoints another name')
-                else if (.not. is_free_or_hdf5(file)) then
-                    call raise(error, status_input, 'CHECKPOINT file=: ' // file // ' is there, and is no ' &
-                               // 'checkpoint: give checkpoints another name')
-                end if
-            end associate
-            if (allocated(error)) return
-        end do
-    end subroutine check_places
-
-    !> Results replace neither the deck nor a table that it names.
-    subroutine check_results_place(path, problem, error)
-        character(*), intent(in) :: path            !! of the results
-        type(problem_t), intent(in) :: problem
-        type(error_t), allocatable, intent(out) :: error
-        logical :: is_read
-        integer :: i
-
-        is_read = is_same_file(path, problem%deck_name)
-        do i = 1, size(problem%model%histories)
-            associate (history => problem%model%histories(i))
-                if (.not. allocated(history%file)) cycle
-                if (is_same_file(path, history%file)) is_read = .true.
-            end associate
-        end do
-        if (allocated(problem%sweep%factors)) then
-            do i = 1, size(problem%sweep%factors)
-                associate (factor => problem%sweep%factors(i))
-                    if (.not. allocated(factor%file)) cycle
-                    if (is_same_file(path, factor%file)) is_read = .true.
-                end associate
-            end do
-        end if
-        if (is_read) call raise(error, status_input, path // ' is the deck, or a table that it reads: give ' &
-            // 'the results another name (-o, OUTPUT file=)')
-    end subroutine check_results_place
-
-    !> Results do not replace the checkpoint that leads to them.
-    subroutine check_restart_place(path, checkpoint, error)
-        character(*), intent(in) :: path, checkpoint
-        type(error_t), allocatable, intent(out) :: error
-
-        if (is_same_place(path, checkpoint)) call raise(error, status_input, path // ' is the checkpoint ' &
-            // 'that the run goes on from: give the results another name (-o, OUTPUT file=)')
-    end subroutine check_restart_place
 
     !> Write the checkpoint aside, and put it in the place of the last one when it is whole. Where that fails,
     !> the last one stays.

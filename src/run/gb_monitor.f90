@@ -12,8 +12,8 @@ module gb_monitor
     use gb_recorder, only: recorder_t, step_record_t
     use gb_sensor, only: sensor_t, place_sensor
     use gb_log, only: log_t, log_normal, log_verbose
-    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, check_places, check_results_place, &
-        check_restart_place, read_checkpoint, write_checkpoint
+    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, read_checkpoint, write_checkpoint
+    use gb_places, only: check_places, check_restart_place
     use gb_results, only: results_t
     use gb_tuning, only: tuning_t
     use gb_watch, only: watch_t
@@ -71,7 +71,6 @@ contains
 
         call describe(self, problem, log_level)
         call check_places(problem, problem%output%file // '.h5', error)
-        if (.not. allocated(error)) call check_results_place(problem%output%file // '.h5', problem, error)
         if (.not. allocated(error)) call self%results%open(problem, gauge, error)
         if (.not. allocated(error)) call self%log%line('  results: ' // self%results%path)
     end subroutine open_monitor

@@ -2,8 +2,8 @@
 !> they tell to the results file and counts them in the log.
 module gb_study_run
     use gb_kinds, only: wp, i8
-    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, check_places, check_results_place, &
-        check_restart_place, read_checkpoint, write_checkpoint
+    use gb_checkpoint, only: origin_t, checkpoint_t, origin_of, read_checkpoint, write_checkpoint
+    use gb_places, only: check_places, check_restart_place
     use gb_command_line, only: options_t
     use gb_files, only: is_file, check_seal
     use gb_lanes, only: lanes
@@ -123,7 +123,6 @@ contains
         if (share%shards > 1) path = problem%output%file // '.shard-' // to_text(share%shard) // '-of-' &
             // to_text(share%shards) // '.h5'
         call check_places(problem, path, error)
-        if (.not. allocated(error)) call check_results_place(path, problem, error)
         if (allocated(error)) return
         if (len(restart) > 0) then
             call find_results(monitor, path, restart, source, error)

@@ -274,7 +274,7 @@ def test_what_cannot_be_seen_in_a_line_is_told(interrupted):
 
 def test_an_earlier_name_may_come_back(gentbeam):
     """The file of that name holds the run too, but ends before the checkpoint."""
-    deck = small_deck("TRANSIENT newmark step=1e-6 end=2e-2")
+    deck = small_deck("TRANSIENT newmark step=1e-6 end=6e-2", model="OUTPUT every=100")
     (gentbeam.folder / "deck.inp").write_text(deck)
     gentbeam("-q", "-o", "whole", "deck.inp")
     stopped = ("-q", "--max-time", "0.04")
@@ -283,6 +283,12 @@ def test_an_earlier_name_may_come_back(gentbeam):
     gentbeam("-q", "-o", "one", "--restart", "two.chk.h5", "deck.inp")
     with gentbeam.results("whole") as whole, gentbeam.results("one") as one:
         assert whole["transient/u"][:].tobytes() == one["transient/u"][:].tobytes()
+
+
+def test_results_do_not_replace_the_deck_of_a_restart(interrupted):
+    (interrupted.folder / "deck.inp").rename(interrupted.folder / "plan.h5")
+    said = refused(interrupted, "-o", "plan", "--restart", "deck.chk.h5", "plan.h5", status=1)
+    assert said.startswith("plan.h5 is the deck, or a table that it reads: give the results another name")
 
 
 def test_results_do_not_replace_the_checkpoint(interrupted):
